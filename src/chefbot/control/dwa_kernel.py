@@ -87,8 +87,8 @@ def roll_out(
 
     x, y, speeds, `remaining`, `corners` (n, 2; none for a disc), `clearance`, the states `people` (n, 7), and the two
     `distances` of `person_cost` are in cells. Ends early after a distance of `remaining` cells, before a cell of cost
-    `limit` or more, before more than `touched` points on the edges of the footprint are in lethal cells, or before the
-    robot's middle is nearer than `clearance` to one.
+    `limit` or more, before more than `touched` points on the edges of the footprint are in lethal cells, or before
+    the robot's middle is nearer than `clearance` to one.
     """
     steps = math.ceil(end / TIME_STEP)
     if corners.shape[0]:

@@ -94,7 +94,7 @@ def _clearance(row: int, column: int, pose: NDArray[np.float64], corners: NDArra
 
 @njit(cache=True, nogil=True)
 def lethal_distance(cells: NDArray[np.uint8], x: float, y: float, reach: float) -> float:
-    """Return the distance of a point from the nearest lethal cell, at most `reach`; 0 inside one. All are in cells."""
+    """Return the distance of a point from the nearest lethal cell, at most `reach`, 0 inside one; in cells."""
     nearest = math.inf
     for row in range(max(math.floor(y - reach), 0), min(math.ceil(y + reach), cells.shape[0])):
         dy = max(row - y, y - row - 1, 0.0)

@@ -14,7 +14,7 @@ from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
 from chefbot.msgs.chefbot_msgs.maps import MapZones
 from chefbot.ui import commands as do
 from chefbot.ui.display.message_conversion import zone_views
-from chefbot.ui.display.views import DeliveryView, WaitingOrderView
+from chefbot.ui.display.views import DeliveryView, StopView, WaitingOrderView
 from chefbot.ui.map_commands import PutZone
 
 pytestmark = [pytest.mark.slow, needs_chromium]
@@ -82,6 +82,19 @@ def test_a_delivery_is_ordered_and_confirmed(page: Any, tab: Tab) -> None:
     tab_to(tab, "document.getElementById('taken')")
     key(tab, "Enter")
     assert page.next_command() == do.Taken("table_2")
+    # where the button was, the keyboard goes on
+    page.server.set_layer("delivery", DeliveryView(state="driving", place="table_1", round_active=True))
+    tab.wait_for("document.getElementById('taken').hidden")
+    assert tab.evaluate("document.activeElement.id") == "round"
+
+
+def test_stop_is_released_from_the_top_of_the_page(page: Any, tab: Tab) -> None:
+    page.server.set_layer("stop", StopView(stopped=True, pressed="a"))
+    tab.wait_for("!document.getElementById('release-stop').hidden")
+    tab_to(tab, "document.querySelector('.skip[href=\"#stop-bar\"]')")
+    key(tab, "Enter")
+    key(tab, "Tab")
+    assert tab.evaluate("document.activeElement.id") == "release-stop"
 
 
 def test_a_waiting_order_is_cancelled(page: Any, tab: Tab) -> None:

@@ -143,7 +143,7 @@ def test_no_word_of_a_button_is_broken(waiting: Any) -> None:
       }).map(([word]) => word))"""
     with open_tab(waiting.url, NO_GPU) as tab:
         tab.evaluate("localStorage.setItem('chefbot-language', 'de'); location.reload()")
-        tab.wait_for("document.getElementById('taken').textContent === 'Entnommen'")
+        tab.wait_for("document.getElementById('taken')?.textContent === 'Entnommen'")
         for width, height in SIZES:
             tab.resize(width, height)
             tab.wait_for("!document.getElementById('kitchen').hidden")

@@ -28,7 +28,7 @@ export class RoundCard {
   }
 
   show(value) {
-    const waited = this.value?.waits_for === "choice";
+    const waited = this.value?.waits_for === "choice", focused = document.activeElement;
     this.value = value;
     const waits = value?.waits_for ?? "", next = value?.place ? title(value.place) : tr("the next order");
     const late = performance.now() - this.since > PATIENCE;
@@ -55,6 +55,7 @@ export class RoundCard {
     document.body.classList.toggle("waits", Boolean(waits));
     if (waits === "choice" && !waited) $("round").scrollIntoView({ block: "nearest" });   // a phone may show what is below
     if (!value?.round_active) this.answer("");
+    if (focused?.hidden && $("round").contains(focused)) $("round").focus();   // the keyboard goes on from here
   }
 
   // The labels of places have changed.

@@ -12,7 +12,7 @@ const LONG = new Set(["reason", "trays"]);   // what stands for sentences or a l
 export const language = recall() ?? preferred();
 export let loadError = "";
 const { page, robot, names } = language === "en" ? { page: {}, robot: {}, names: {} } : await load();
-const sentences = patterns(robot, (name) => (LONG.has(name) ? ".+" : "(?:(?![.?!;] ).)+"));
+const sentences = patterns(robot, (name) => (LONG.has(name) ? ".+?" : "(?:(?![.?!;:] ).)+?"));
 const namePatterns = patterns(names, () => "\\S+");
 let labels = {}, labelled = null;        // what the owner calls places, by name; the names in a sentence
 

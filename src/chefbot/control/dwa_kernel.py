@@ -178,6 +178,14 @@ def _leaves(
 
 
 @njit(cache=True, nogil=True)
+def _kept_clearance(
+    cells: NDArray[np.uint8], x: float, y: float, body_radius: float, resolution: float
+) -> float:
+    """Return the distance that the robot's middle keeps from lethal cells as it leaves them, in cells."""
+    return min(body_radius / resolution, lethal_distance(cells, x, y, REACH) - MAX_APPROACH / resolution)
+
+
+@njit(cache=True, nogil=True)
 def _safe_speed(end: Rollout, max_speed: float, slowing: tuple[float, float]) -> float:
     """Return the speed limit near obstacles and people, m/s, linear in the maximum cost of each."""
     obstacles = slowing[0] * min(end.max_cost, MAX_COST) / MAX_COST
@@ -243,11 +251,7 @@ def score_twists(
     limit, corners = LETHAL if in_inscribed else INSCRIBED, footprint / resolution
     distances = contact / resolution, PROXIMITY / resolution
     touched = lethal_on_edges(cells, x, y, pose[2], corners)
-    clearance = 0.0
-    if in_inscribed:
-        clearance = (
-            min(body_radius, lethal_distance(cells, x, y, REACH) * resolution - MAX_APPROACH) / resolution
-        )
+    clearance = _kept_clearance(cells, x, y, body_radius, resolution) if in_inscribed else 0.0
     for i in range(twists.shape[0]):
         v, w = twists[i]
         # duration of the ramp from the present twist to the sampled one

@@ -30,8 +30,6 @@ WEIGHTS = np.array(
 )
 NO_CORNERS = np.zeros((0, 2))
 """The footprint of a disc."""
-BODY_RADIUS = 0.2
-"""Of that disc, m."""
 NO_PEOPLE = NOBODY.states, (8.0, 6.0)
 """Nobody, and the distances of `person_cost`, in cells."""
 SAMPLES = np.array([[v, w] for v in (0.0, 0.2, 0.4) for w in np.linspace(-1.0, 1.0, 9)])
@@ -61,7 +59,6 @@ def scores_of(cells: np.ndarray, v: float = 0.4, y: float = 5.0) -> np.ndarray:
         (PARAMS.slowing, PARAMS.people_slowing),
         WEIGHTS,
         NO_CORNERS,
-        BODY_RADIUS,
         NOBODY.states,
         0.4,
     )
@@ -81,7 +78,7 @@ def test_cost_is_zero_outside_and_in_unknown_cells(column: float, row: float) ->
 def test_a_constant_twist_rolls_out_to_its_exact_arc(v: float, w: float, yaw: float) -> None:
     end = 1.5
     end_of = roll_out(
-        FREE, 100.0, 100.0, yaw, (v, w), (v, w), 0.0, end, 1e9, INSCRIBED, NO_CORNERS, 0, 0.0, *NO_PEOPLE
+        FREE, 100.0, 100.0, yaw, (v, w), (v, w), 0.0, end, 1e9, INSCRIBED, NO_CORNERS, 0, *NO_PEOPLE
     )
     chord = v * end * np.sinc(w * end / 2 / math.pi)
     mean = yaw + w * end / 2
@@ -94,20 +91,7 @@ def test_a_constant_twist_rolls_out_to_its_exact_arc(v: float, w: float, yaw: fl
 def test_a_ramp_covers_the_integral_of_its_speed(v0: float, v1: float, ramp: float) -> None:
     end, count = 1.5, 20
     distance = roll_out(
-        FREE,
-        50.0,
-        100.0,
-        0.0,
-        (v0, 0.0),
-        (v1, 0.0),
-        ramp,
-        end,
-        1e9,
-        INSCRIBED,
-        NO_CORNERS,
-        0,
-        0.0,
-        *NO_PEOPLE,
+        FREE, 50.0, 100.0, 0.0, (v0, 0.0), (v1, 0.0), ramp, end, 1e9, INSCRIBED, NO_CORNERS, 0, *NO_PEOPLE
     ).distance
     middles = (np.arange(count) + 0.5) * end / count
     expected = np.sum(v0 + np.minimum(1.0, middles / ramp) * (v1 - v0)) * end / count
@@ -119,20 +103,7 @@ def test_a_rollout_ends_before_a_wall(gap: int, speed: float) -> None:
     cells = FREE.copy()
     cells[:, 100 + gap] = LETHAL
     end = roll_out(
-        cells,
-        100.5,
-        100.5,
-        0.0,
-        (speed, 0),
-        (speed, 0),
-        0.0,
-        8.0,
-        1e9,
-        INSCRIBED,
-        NO_CORNERS,
-        0,
-        0.0,
-        *NO_PEOPLE,
+        cells, 100.5, 100.5, 0.0, (speed, 0), (speed, 0), 0.0, 8.0, 1e9, INSCRIBED, NO_CORNERS, 0, *NO_PEOPLE
     )
     assert cost_at(cells, end.x, 100.5) == 0
     assert end.blocked == (speed * 8.0 >= gap - 0.5 + 1e-9) or abs(speed * 8.0 - gap + 0.5) < 1e-6
@@ -153,7 +124,6 @@ def test_a_rollout_ends_at_the_goal(speed: float, remaining: float) -> None:
         INSCRIBED,
         NO_CORNERS,
         0,
-        0.0,
         *NO_PEOPLE,
     )
     assert remaining <= end.distance < remaining + speed * 0.0751
@@ -191,17 +161,6 @@ def test_twists_within_the_inscribed_zone_must_leave_it() -> None:
     assert SAMPLES[chosen(cells, v=0.0)][0] == 0.0
     cells[:, 62:] = 0
     assert SAMPLES[chosen(cells, v=0.4)][0] > 0.0
-
-
-@pytest.mark.parametrize(("columns", "leaves"), [((64, 67), False), ((54, 57), True)])
-def test_a_robot_leaves_no_inscribed_zone_along_the_obstacle(columns: tuple[int, int], leaves: bool) -> None:
-    """As beside the corner of a desk that was nearer than the robot can see: ahead of it or behind it."""
-    cells, (first, end) = FREE.copy(), columns
-    cells[93:102, first - 5 : end + 5] = INSCRIBED
-    cells[93:98, first:end] = LETHAL
-    drives = np.isfinite(scores_of(cells, v=0.0)) & (SAMPLES[:, 0] > 0.0)
-    assert drives.any() == leaves
-    assert SAMPLES[chosen(cells, v=0.0)][0] == 0.0 or leaves, "it may rotate in place"
 
 
 def test_high_costs_limit_the_speed() -> None:

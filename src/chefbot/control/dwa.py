@@ -169,7 +169,6 @@ class DwaController:
             (p.slowing, p.people_slowing),
             self._weights,
             costmap.footprint,
-            costmap.body_radius,
             people.in_cells(pose, self.limits.speed * p.sim_time, p.sim_time, costmap),
             people.contact,
         )

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from chefbot.control.people_cost import PROXIMITY, person_cost
 from chefbot.maths.costs import INSCRIBED, LETHAL, UNKNOWN
-from chefbot.maths.footprint_collision import lethal_distance, lethal_on_edges
+from chefbot.maths.footprint_collision import lethal_on_edges
 
 MAX_COST = 252.0
 """Highest cost of a cell outside the inscribed radius of an obstacle."""
@@ -21,10 +21,6 @@ TIME_STEP = 0.075
 """Time between two collision checks along a trajectory, s: less than a 5 cm cell at indoor speeds."""
 MIN_FORWARD_SPEED = 1e-3
 """Forward speed below which a trajectory rotates in place, m/s; a disc cannot collide by that."""
-MAX_APPROACH = 0.0125
-"""By how much a robot whose body touches the cell of an obstacle may come nearer to it as it leaves, m."""
-REACH = 30.0
-"""Distance from the robot in which obstacles count for that, cells."""
 
 
 class Rollout(NamedTuple):
@@ -79,16 +75,14 @@ def roll_out(
     limit: int,
     corners: NDArray[np.float64],
     touched: int,
-    clearance: float,
     people: NDArray[np.float64],
     distances: tuple[float, float],
 ) -> Rollout:
     """Simulate the base for `end` seconds while it ramps from `twist` to `target` in `ramp` seconds.
 
-    x, y, speeds, `remaining`, `corners` (n, 2; none for a disc), `clearance`, the states `people` (n, 7), and the two
-    `distances` of `person_cost` are in cells. Ends early after a distance of `remaining` cells, before a cell of cost
-    `limit` or more, before more than `touched` points on the edges of the footprint are in lethal cells, or before
-    the robot's middle is nearer than `clearance` to one.
+    x, y, speeds, `remaining`, `corners` (n, 2; none for a disc), the states `people` (n, 7), and the two `distances`
+    of `person_cost` are in cells. Ends early after a distance of `remaining` cells, before a cell of cost `limit` or
+    more, or before more than `touched` points on the edges of the footprint are in lethal cells.
     """
     steps = math.ceil(end / TIME_STEP)
     if corners.shape[0]:
@@ -104,10 +98,7 @@ def roll_out(
         # collision check of the new pose
         cost = cost_at(cells, next_x, next_y)
         max_cost = max(max_cost, cost)
-        blocked = ds > 0.0 and (
-            cost >= limit
-            or (cost >= INSCRIBED and lethal_distance(cells, next_x, next_y, clearance) < clearance)
-        )
+        blocked = cost >= limit and ds > 0.0
         if corners.shape[0] and not blocked:
             blocked = lethal_on_edges(cells, next_x, next_y, yaw + dyaw, corners) > touched
         if blocked:
@@ -178,14 +169,6 @@ def _leaves(
 
 
 @njit(cache=True, nogil=True)
-def _kept_clearance(
-    cells: NDArray[np.uint8], x: float, y: float, body_radius: float, resolution: float
-) -> float:
-    """Return the distance that the robot's middle keeps from lethal cells as it leaves them, in cells."""
-    return min(body_radius / resolution, lethal_distance(cells, x, y, REACH) - MAX_APPROACH / resolution)
-
-
-@njit(cache=True, nogil=True)
 def _safe_speed(end: Rollout, max_speed: float, slowing: tuple[float, float]) -> float:
     """Return the speed limit near obstacles and people, m/s, linear in the maximum cost of each."""
     obstacles = slowing[0] * min(end.max_cost, MAX_COST) / MAX_COST
@@ -232,7 +215,6 @@ def score_twists(
     slowing: tuple[float, float],
     weights: NDArray[np.float64],
     footprint: NDArray[np.float64],
-    body_radius: float,
     people: NDArray[np.float64],
     contact: float,
 ) -> NDArray[np.float64]:
@@ -240,18 +222,15 @@ def score_twists(
 
     pose, path, remaining: metres, relative to the origin of the costmap. twist: the present (v, w). accelerations:
     linear and angular. slowing: next to obstacles, and next to people, as fractions. weights: path, goal, heading,
-    obstacle, change, people. footprint: corners (n, 2), m. body_radius: of the largest disc within it, m. people:
-    states (n, 7), in cells. contact: of bodies, m.
+    obstacle, change, people. footprint: corners (n, 2), m. people: states (n, 7), in cells. contact: of bodies, m.
     A twist is admissible if the robot can stop, after one more period, before a collision; if it stands within the
-    inscribed radius of an obstacle, or an edge of it in one, if it leaves that zone; its body then touches no cell of
-    an obstacle, or comes no nearer to one that it touches.
+    inscribed radius of an obstacle, or an edge of it in one, if it leaves that zone without a lethal cell.
     """
     x, y, scores = pose[0] / resolution, pose[1] / resolution, np.full(twists.shape[0], math.inf)
     in_inscribed = cost_at(cells, x, y) >= INSCRIBED
     limit, corners = LETHAL if in_inscribed else INSCRIBED, footprint / resolution
     distances = contact / resolution, PROXIMITY / resolution
     touched = lethal_on_edges(cells, x, y, pose[2], corners)
-    clearance = _kept_clearance(cells, x, y, body_radius, resolution) if in_inscribed else 0.0
     for i in range(twists.shape[0]):
         v, w = twists[i]
         # duration of the ramp from the present twist to the sampled one
@@ -260,7 +239,7 @@ def score_twists(
         # forward simulation up to the end of the window, the goal or a collision
         end = roll_out(
             cells, x, y, pose[2], (twist[0] / resolution, twist[1]), (v / resolution, w), ramp, sim_time,
-            remaining / resolution, limit, corners, touched, clearance, people, distances,
+            remaining / resolution, limit, corners, touched, people, distances,
         )  # fmt: skip
         # admissible velocities: those that stop before the obstacle
         if end.blocked and (end.distance < braking_distance or v < MIN_FORWARD_SPEED):

@@ -378,5 +378,4 @@ class LayeredCostmap:
         return MasterCostmap(self, layers, radius)
 
     def _costmap(self, cells: NDArray[np.uint8]) -> Costmap:
-        shape = self._footprint, self._robot.inscribed_radius
-        return Costmap(cells, self.resolution, self.origin_x, self.origin_y, *shape, self.lanes)
+        return Costmap(cells, self.resolution, self.origin_x, self.origin_y, self._footprint, self.lanes)

@@ -31,8 +31,6 @@ class Costmap(CellGrid):
     cells: NDArray[np.uint8]
     footprint: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
     """Corners (n, 2) of the robot in base_link, m; empty for a disc, for which the costs of the cells suffice."""
-    body_radius: float = 0.0
-    """Radius of the largest disc within the robot's body, m."""
     lanes: OneWayLanes = NO_LANES
     """One-way lanes, which only a planner obeys: a robot that tracks a path may have to back out."""
 

@@ -90,16 +90,3 @@ def _clearance(row: int, column: int, pose: NDArray[np.float64], corners: NDArra
         # to the right of an edge is outside
         largest = max(largest, ((by - ay) * (px - ax) - (bx - ax) * (py - ay)) / length)
     return largest
-
-
-@njit(cache=True, nogil=True)
-def lethal_distance(cells: NDArray[np.uint8], x: float, y: float, reach: float) -> float:
-    """Return the distance of a point from the nearest lethal cell, at most `reach`, 0 inside one; in cells."""
-    nearest = math.inf
-    for row in range(max(math.floor(y - reach), 0), min(math.ceil(y + reach), cells.shape[0])):
-        dy = max(row - y, y - row - 1, 0.0)
-        for column in range(max(math.floor(x - reach), 0), min(math.ceil(x + reach), cells.shape[1])):
-            if cells[row, column] == LETHAL_COST:
-                dx = max(column - x, x - column - 1, 0.0)
-                nearest = min(nearest, dx * dx + dy * dy)
-    return min(reach, math.sqrt(nearest))

@@ -82,7 +82,7 @@ def test_a_delivery_is_ordered_and_confirmed(page: Any, tab: Tab) -> None:
     tab_to(tab, "document.getElementById('taken')")
     key(tab, "Enter")
     assert page.next_command() == do.Taken("table_2")
-    # where the button was, the keyboard goes on
+    # the button is gone, and the next Tab continues from the round
     page.server.set_layer("delivery", DeliveryView(state="driving", place="table_1", round_active=True))
     tab.wait_for("document.getElementById('taken').hidden")
     assert tab.evaluate("document.activeElement.id") == "round"

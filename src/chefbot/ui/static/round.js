@@ -55,7 +55,7 @@ export class RoundCard {
     document.body.classList.toggle("waits", Boolean(waits));
     if (waits === "choice" && !waited) $("round").scrollIntoView({ block: "nearest" });   // a phone may show what is below
     if (!value?.round_active) this.answer("");
-    if (focused?.hidden && $("round").contains(focused)) $("round").focus();   // the keyboard goes on from here
+    if (focused?.hidden && $("round").contains(focused)) $("round").focus();   // the next Tab continues from here
   }
 
   // The labels of places have changed.

@@ -4,12 +4,20 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
+from tests.planning.rooms import walled
 from tests.support.nodes import ROOM, NodeRunner
 
 from chefbot.delivery.drive_retry import BLOCKED_PATH_TIMEOUT, NAVIGATOR_TIMEOUT, NO_NAVIGATOR, NO_VALID_PATH
+from chefbot.maths.grid import OCCUPIED, Grid
+from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import Errand, Order
+from chefbot.msgs.geometry_msgs import TransformStamped
 from chefbot.msgs.nav2_msgs import NavigateToPose, NavigateToPose_Goal, NavigateToPose_Result
+from chefbot.msgs.nav_msgs import OccupancyGrid
+from chefbot.msgs.std_msgs import Header
+from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.runtime.actions import action_server
 from chefbot.runtime.node import Node, NoParams
 
@@ -57,6 +65,23 @@ def test_a_person_in_the_way_is_waited_for_if_there_is_no_detour(
     runner.run(BLOCKED_PATH_TIMEOUT + 60.0)
     status = runner.messages("delivery_status")[-1]
     assert (status.state, status.delivered, len(status.skipped_reasons)) == (state, delivered, missed)
+
+
+def test_a_kitchen_without_a_path_on_the_map_fails_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(BlockedNavigator, "place", "kitchen")
+    monkeypatch.setattr(BlockedNavigator, "seconds", 10_000.0)
+    runner = NodeRunner(KINDS, {})
+    cells = np.array(walled(12.0, 6.0).cells)
+    cells[:, 130] = OCCUPIED  # a wall from side to side between home and kitchen
+    hall = OccupancyGrid.of(Header.of(0, "map"), Grid(cells, 0.05, -6.0, -3.0))
+    runner.loop.publish("map", hall, "map_server", latched=True)
+    for parent, child in (("map", "odom"), ("odom", "base_link")):
+        stamped = TransformStamped.of(0, parent, child, SE2(ROOM["home"], 0.0, 0.0))
+        runner.loop.publish("tf", TFMessage((stamped,)), "localization", from_device=True)
+    runner.loop.publish("order", Order(("table_1",), "one"), "client", from_device=True)
+    runner.run(30.0)
+    status = runner.messages("delivery_status")[-1]
+    assert status.state == "failed" and "no valid path" in status.description, status.description
 
 
 class RestartingNavigator(Node):

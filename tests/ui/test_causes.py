@@ -82,3 +82,21 @@ def test_the_page_shows_each_cause_with_its_chain(page: Any) -> None:
         page.server.set_layer("causes", cause_views(history, {}))
         tab.wait_for("document.querySelector('#causes summary').textContent.includes('5.0 s')")
         assert tab.evaluate("document.querySelector('#causes details').open") is True
+
+
+@pytest.mark.slow
+@needs_chromium
+def test_times_of_an_earlier_run_are_under_a_heading(page: Any) -> None:
+    """An earlier run had another clock, so its entries have a date."""
+    show_a_room(page.server)
+    now = cause_views(CauseHistory([cause(1, STOP, 61)]), {})
+    earlier = [
+        CauseView(id=n, time=0.0, ended=2.0, effect="Stopped", sentence="Old.", began="2026-01-01T10:00:00Z")
+        for n in (4, 3)
+    ]
+    page.server.set_layer("causes", (*now, *earlier))
+    with open_tab(page.url, NO_GPU) as tab:
+        tab.wait_for("document.querySelectorAll('#causes > li').length === 4")
+        heads = tab.evaluate("[...document.querySelectorAll('#causes > li')].map(e => e.textContent)")
+        assert heads[0].startswith("01:01 Stopped") and heads[1] == "Before the last start:"
+        assert all("26" in head for head in heads[2:])

@@ -10,9 +10,10 @@ from hypothesis import strategies as st
 from chefbot.delivery import status_messages
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, Errand, Order
+from chefbot.msgs.std_msgs import String
 from chefbot.ui import commands as do
-from chefbot.ui.delivery_view import delivery_view, is_errand, validate_command
-from chefbot.ui.display.views import WaitingOrderView
+from chefbot.ui.delivery_view import activity, delivery_view, is_errand, validate_command
+from chefbot.ui.display.views import MappingView, WaitingOrderView
 
 PLACES = ("home", "kitchen", "table_1", "table_2")
 STATES = ("idle", "loading", "driving", "waiting", "returning", "unloading", "errand", "failed")
@@ -36,6 +37,19 @@ def test_an_unanswered_order_replaces_the_description() -> None:
     view = delivery_view(status, "The order was not accepted.")
     assert view.step == "The order was not accepted."
     assert view.orders == (WaitingOrderView(id="a", places=("table_1", "table_2")),)
+
+
+def test_the_round_comes_before_exploration_and_phase() -> None:
+    idle = DeliveryStatus(state="idle", description="idle")
+    driving = DeliveryStatus(state="driving", description="driving")
+    exploring = MappingView(exploring=True, description="exploring")
+    patrol = String("patrol")
+    assert activity(patrol, driving, "", exploring) == "driving"
+    assert activity(patrol, idle, "not accepted", exploring) == "not accepted"
+    assert activity(patrol, idle, "", exploring) == "exploring"
+    assert activity(patrol, idle, "", MappingView(description="explored")) == "patrol"
+    assert activity(String(""), idle, "", MappingView()) == activity(None, idle, "", MappingView()) == "idle"
+    assert activity(None, DeliveryStatus(), "", MappingView()) == ""
 
 
 def test_only_the_round_that_was_seen_is_changed() -> None:

@@ -14,6 +14,8 @@ from tests.ui.chromium import NO_GPU, needs_chromium, open_tab
 from chefbot.devices import state_files
 from chefbot.ui.access.addresses import host_names
 from chefbot.ui.access.invitations import Invitations
+from chefbot.ui.access.visitors import GUEST
+from chefbot.ui.display.views import DeliveryView, StatusView
 from chefbot.ui.files import static_files
 from chefbot.ui.request_guard import INVALID_TOKEN
 from chefbot.ui.server import REVOKED, WebUiServer
@@ -82,6 +84,29 @@ def test_the_page_reports_a_revoked_link() -> None:
         token = invitations.invite("anna", "waiter")
         tab.reload_by(f"location.href = '/?token={token}'")
         tab.wait_for(f"{UP} && document.body.dataset.role === 'waiter'")
+    server.stop()
+
+
+@pytest.mark.rotated("invited phone")
+@pytest.mark.slow
+@needs_chromium
+def test_a_guest_reads_nothing_that_only_staff_can_do() -> None:
+    """The robot's sentences are for who may release STOP; a guest is to call those."""
+    server, _ = serve()
+    phase = "document.getElementById('phase').textContent"
+    with open_tab(server.url_for(GUEST), NO_GPU) as tab:
+        tab.wait_for(f"{UP} && document.body.dataset.role === 'guest'")
+        server.set_layer("status", StatusView(phase="On the way to table 2."))
+        tab.wait_for(f"{phase} === 'On the way to table 2.'")
+        server.set_layer(
+            "status", StatusView(phase="Kept; release STOP.", stopped=True, reason="Release STOP.")
+        )
+        tab.wait_for(f"{phase} === 'Please call the staff'")
+        assert "release STOP" not in tab.evaluate("document.body.innerText")
+        server.set_layer("status", StatusView(phase="Choose."))
+        server.set_layer("delivery", DeliveryView(step="Choose.", waits_for="choice"))
+        tab.wait_for(f"{phase} === 'Please call the staff'")
+        assert "Choose" not in tab.evaluate("document.body.innerText")
     server.stop()
 
 

@@ -151,7 +151,7 @@ def test_what_exists_is_moved_deleted_and_taken_back(edited: Any) -> None:
 @needs_chromium
 def test_another_persons_change_is_not_overwritten(edited: Any) -> None:
     """What the form was opened on counts, not what came since; the button names what it would undo."""
-    last = MapEditResult("x", undoable=1, last_id="x", last_change="table_2 was moved", last_edited_by="Max")
+    last = MapEditResult("x", undoable=1, last_id="x", last_change="窗边 二 was moved", last_edited_by="Max")
     edited.server.set_layer("edits", (last,))
     with open_tab(edited.url, NO_GPU) as tab:
         opened(tab)

@@ -172,7 +172,7 @@ def test_messages_that_cannot_be_shown_are_counted(log: RecordedLog, tmp_path: P
 def test_the_slider_and_the_button_in_a_browser(show: Show) -> None:
     with open_tab(show.url, NO_GPU) as tab:
         tab.wait_for("!document.getElementById('playback').hidden")
-        for hidden in ("footer", "#tools", "#serve", "#stick", "#keys", "#incident-box"):
+        for hidden in ("footer", "#tools", "#serve", "#stick", "#keys", "#is-at-box", "#incident-box"):
             assert tab.evaluate(f"getComputedStyle(document.querySelector('{hidden}')).display") == "none"
         show.device._server.set_layer("camera", np.zeros((24, 32, 3), np.uint8))
         tab.wait_for("document.getElementById('camera').offsetHeight >= 24")

@@ -33,7 +33,8 @@ class DriveRetry:
         """Return the pause (s) before the next attempt, or None if the result of this one is final.
 
         code: error code of the attempt from `start_ns` until `now_ns`, 0 if the place was reached. required: whether
-        the round cannot go on without the place, as the kitchen or home. lost: whether the robot is not localized.
+        the round cannot go on without the place, as the kitchen or home, to which the map has a path. lost: whether
+        the robot is not localized.
         """
         was_active = code == NO_NAVIGATOR and (now_ns - start_ns) / 1e9 > NAVIGATOR_TIMEOUT
         if self._failing_since_ns is None or was_active:

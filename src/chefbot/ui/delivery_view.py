@@ -15,14 +15,17 @@ from chefbot.delivery.status_messages import (
 )
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, RoundForecast
+from chefbot.msgs.std_msgs import String
 from chefbot.place_names import display_name
 from chefbot.ui import commands as do
-from chefbot.ui.display.views import DeliveryView, RoundStopView, WaitingOrderView
+from chefbot.ui.display.views import DeliveryView, MappingView, RoundStopView, WaitingOrderView
 
 CONFIRMATION = {"loading": "loaded", "waiting": "taken", "unloading": "taken"}
 """What a person has to confirm, by state of the mission."""
 TIME_STEP = 10.0
 """Step of the times of a forecast, s."""
+BUSY_STATES = (*ROUND_STATES, "errand")
+"""States of the mission in which the robot carries out an order or an errand."""
 CONFIRMATION_STATES = {
     do.Loaded: ("loading",),
     do.Taken: ("waiting", "unloading"),
@@ -56,6 +59,16 @@ def delivery_view(status: DeliveryStatus, unanswered: str) -> DeliveryView:
         orders=tuple(WaitingOrderView(id=order.id, places=order.places) for order in status.pending_orders),
         errands=tuple(errand.name for errand in status.errands),
     )
+
+
+def activity(phase: String | None, status: DeliveryStatus, unanswered: str, mapping: MappingView) -> str:
+    """Return what the robot does, one sentence: the round, else the exploration, else the last `phase`; empty if it
+    is not known. `unanswered` is a warning about an order."""
+    if unanswered or status.state in BUSY_STATES:
+        return unanswered or status.description
+    if mapping.exploring:
+        return mapping.description
+    return (phase.data if phase else "") or status.description
 
 
 def forecast_views(message: RoundForecast) -> tuple[RoundStopView, ...]:

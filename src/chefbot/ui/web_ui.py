@@ -34,7 +34,7 @@ from chefbot.ui import commands as do
 from chefbot.ui.access.invitations import Invitations, write_address
 from chefbot.ui.access.page_access import announcement
 from chefbot.ui.access.tls import load_tls
-from chefbot.ui.delivery_view import delivery_view, forecast_views, is_errand, validate_command
+from chefbot.ui.delivery_view import activity, delivery_view, forecast_views, is_errand, validate_command
 from chefbot.ui.display import views
 from chefbot.ui.display.message_conversion import (
     RecentDiagnostics,
@@ -292,18 +292,18 @@ class WebUiDevice(NavigationDevice):
     def _status(self, pose: SE2 | None) -> views.StatusView:
         battery, truth = self.battery_state.last, self.ground_truth.last
         localization, navigation = self.localization_status.last, self.navigation_status.last
+        error = truth.pose.pose.se2.distance(pose) if truth and pose else None
         reason = self._why_stopped() or self._causes.sentence
+        unanswered = self._pending.order_warning(self.now_ns)
         return views.StatusView(
-            phase=self.phase.last.data if self.phase.last else "",
+            phase=activity(self.phase.last, self._round, unanswered, self._mapping),
             clock=float(self.now_ns // 1_000_000_000),
             real_time_factor=views.rounded(self._real_time_factor.factor(self.now_ns), 1),
             battery=views.rounded(100.0 * battery.percentage, 0) if battery else None,
             volts=views.rounded(battery.voltage, 1) if battery else None,
             pose_probability=views.rounded(localization.probability, 2) if localization else None,
             localization=localization.description if localization else "",
-            localization_error=views.rounded(truth.pose.pose.se2.distance(pose), 3)
-            if truth and pose
-            else None,
+            localization_error=views.rounded(error, 3),
             navigation=navigation.state if navigation else "",
             reason=reason or navigation_reason(navigation, exploring=self._mapping.exploring),
             stopped=self._stopped,

@@ -49,8 +49,10 @@ def _rows(
         yield "recording", f"{recording['title']}, no robot"
     yield "place", place_sentence(layers.get("robot"), places)
     yield "speed", _speed(layers.get("robot"))
-    yield "activity", status["phase"] or status["navigation"] or "none"
-    yield from _delivery(layers.get("delivery") or {}, layers.get("forecast") or [], places)
+    delivery, activity = layers.get("delivery") or {}, status["phase"] or status["navigation"] or "none"
+    if activity != delivery.get("step"):
+        yield "activity", activity
+    yield from _delivery(delivery, layers.get("forecast") or [], places)
     yield "battery", _battery(status)
     yield "localization", _localization(status)
     yield "emergency stop", "active" if status["stopped"] else "not active"

@@ -15,7 +15,7 @@ MAX_NAMED = 3
 
 
 def edit_description(edit: MapEdit, change: MapChange) -> str:
-    """Return a sentence without its full stop, as "table_1 was moved"; places have their labels."""
+    """Return a sentence without its full stop, as "Table 1 was moved"; places have their labels."""
     if edit.rotation:
         return f"The map was rotated by {math.degrees(edit.rotation):.0f}°"
     if edit.crop:

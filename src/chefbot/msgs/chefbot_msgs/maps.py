@@ -190,7 +190,7 @@ class MapEditResult(Message, frozen=True, eq=False):
     last_id: String = ""
     """Id of the last change that can be taken back."""
     last_change: String = ""
-    """What that has changed, as "table_1 was moved"."""
+    """What that has changed, as "Table 1 was moved"; places have the labels of that time."""
     last_edited_by: String = ""
     """Name of the person who made it, empty if it is not known."""
 

@@ -65,6 +65,11 @@ class DeliveryEnergyNode(Node):
             return ()
         return (robot, *(pose.pose.se2 for pose in known if pose is not None))
 
+    def _map_has_path(self, place: PoseStamped) -> bool:
+        """Return whether the map shows a path from the robot to a place, or True without a map or a pose."""
+        routes, robot = self._route_lengths(), self._robot_pose()
+        return routes is None or robot is None or routes.has_path(place.pose.se2, robot)
+
     def _parking_place(self) -> tuple[PoseStamped, float] | None:
         """Return the nearest place to park and the length of the path to it, m."""
         routes, robot = self._route_lengths(), self._robot_pose()

@@ -111,7 +111,7 @@ class DeliveryRoundNode(DeliveryEnergyNode):
         retry = DriveRetry()
         while True:
             start_ns, result = self.now_ns, await self.navigate_to_pose.call(NavigateToPose_Goal(pose))
-            required = leg.place in (self.params.kitchen, self.params.home)
+            required = leg.place in (self.params.kitchen, self.params.home) and self._map_has_path(pose)
             pause = retry.pause(
                 result.error_code, start_ns, self.now_ns, required=required, lost=self._is_lost
             )

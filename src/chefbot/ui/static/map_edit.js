@@ -221,7 +221,7 @@ export class MapEdit {
 
   showUndo({ undoable, last_change: change, last_edited_by: person }) {
     $("undo-edit").disabled = !undoable;
-    const read = change.includes(" was renamed ") ? translatedAsWritten : translated, values = { change: read(change), person };
+    const values = { change: translatedAsWritten(change), person };   // places have the labels of that time
     $("undo-edit").textContent = !change ? tr("Undo the last change") : person ? tr("Undo: {change} ({person})", values) : tr("Undo: {change}", values);
   }
 

@@ -16,6 +16,8 @@ export class Panels {
     this.send = send;
     this.round = new RoundCard(send);
     this.chosen = [];
+    this.waitsForChoice = false;
+    this.shown = {};                     // the status
     this.ordered = null;                 // order sent, delivery status not received since
     this.names = "";
     this.list = [];                      // places with their poses
@@ -109,6 +111,8 @@ export class Panels {
 
   delivery(value) {
     this.ordered = null;
+    this.waitsForChoice = value?.waits_for === "choice";
+    this.activity();
     this.round.show(value);
   }
 
@@ -125,8 +129,8 @@ export class Panels {
   }
 
   status(value) {
-    const status = value ?? {};
-    text("phase", translated(status.phase) || tr("Connected."));
+    const status = this.shown = value ?? {};
+    this.activity();
     text("clock", orDash(status.clock, clock));
     $("rtf-box").hidden = status.real_time_factor == null;
     text("rtf", orDash(status.real_time_factor, (factor) => `× ${factor.toFixed(1)}`));
@@ -137,18 +141,26 @@ export class Panels {
     text("pose-probability", orDash(status.pose_probability, (share) => `${Math.min(99, Math.round(100 * share))} %`));
     text("localization", translated(status.localization));
     text("reason", translated(status.reason) || tr("no restriction"));
-    text("last-stop", status.reason ? tr("Why: {reason}", { reason: translated(status.reason) }) : "");
     const warnings = status.warnings ?? [];
     text("warnings", warnings.map((warning) => translated(warning)).join("\n"));
     $("warnings").hidden = warnings.length === 0;
     this.simulation(status);
   }
 
+  // What the robot does, and why it stands; a guest can do nothing about a stop.
+  activity() {
+    const { phase, reason, stopped } = this.shown;
+    const helpless = document.body.dataset.role === "guest" && (stopped || this.waitsForChoice);
+    text("phase", helpless ? tr("Please call the staff") : translated(phase) || tr("Connected."));
+    text("last-stop", reason && !helpless ? tr("Why: {reason}", { reason: translated(reason) }) : "");
+  }
+
   // The newest causes of slow-downs, stops, detours and failures, each with its chain.
   causes(list) {
     $("causes-box").hidden = !list.length;
     const opened = new Set([...$("causes").querySelectorAll("details[open]")].map((entry) => entry.dataset.id));
-    $("causes").replaceChildren(...list.map((cause) => {
+    const earlier = list.find((cause) => cause.began);
+    $("causes").replaceChildren(...list.flatMap((cause) => {
       const item = document.createElement("li"), entry = document.createElement("details");
       const head = document.createElement("summary"), chain = document.createElement("ol");
       const lasted = cause.ended > cause.time ? `${(cause.ended - cause.time).toFixed(1)} s` : "";
@@ -164,7 +176,7 @@ export class Panels {
       entry.open = opened.has(entry.dataset.id);
       entry.append(head, chain, ...cause.pictures.map((kind) => momentPicture(cause.number, kind)));
       item.append(entry);
-      return item;
+      return cause === earlier ? [heading(tr("Before the last start:")), item] : item;
     }));
   }
 
@@ -198,6 +210,13 @@ export class Panels {
     if (blob) image.src = URL.createObjectURL(blob);
     if (before) URL.revokeObjectURL(before);
   }
+}
+
+function heading(sentence) {
+  const item = document.createElement("li");
+  item.className = "quiet";
+  item.textContent = sentence;
+  return item;
 }
 
 // A picture of the moment in which a cause began; it is loaded when its entry is opened.

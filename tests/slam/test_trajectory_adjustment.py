@@ -112,6 +112,30 @@ def test_poses_and_scans_must_fit(session_of, drive) -> None:
             adjusted_map([session_of(truth, truth)], poses, PARAMS)
 
 
+def test_returns_that_mark_no_cell_are_registered(session_of, drive, odometry) -> None:
+    """As those of a depth camera, whose noise grows with the range."""
+    truth = drive(1.1)[::3]
+    drive_of, start = session_of(truth, odometry(truth, 3, 0.01, 0.01), CAMERA), bent(truth, 0.005)
+    far, near = (adjusted_map([drive_of], start, GmappingParams(max_range=limit)) for limit in (80.0, 2.0))
+    assert far.poses == near.poses and (near.grid.cells > 50).sum() < (far.grid.cells > 50).sum()
+    unmatched = adjusted_map([drive_of], start, GmappingParams(max_range=2.0, match_range=2.0))
+    assert unmatched.poses != near.poses
+
+
+def test_exact_odometry_outweighs_noisy_ranges(ring, drive, odometry) -> None:
+    """As that of a gyro, beside a depth camera: the poses of four drives, on average."""
+    truth, errors = drive(1.1)[::3], list[float]()
+    for seed in range(4):
+        rng, odom = np.random.default_rng(seed), odometry(truth, seed, 0.0005, 0.0005)
+        scans = []
+        for k, (pose, one) in enumerate(zip(truth, odom, strict=True)):
+            ranges = ring.ranges(pose, CAMERA, 20.0) + rng.normal(0.0, 0.05, len(CAMERA))
+            scans.append(RecordedScan(0.1 * k, CAMERA, ranges.astype(np.float32), one, one))
+        drive_of = Session.of(scans, [True] * len(scans), 20.0, None)
+        errors.append(worst(adjusted_map([drive_of], bent(truth, 0.002), PARAMS).poses, truth))
+    assert np.mean(errors) < 0.08
+
+
 def test_a_single_scan_stays(session_of) -> None:
     pose = SE2(1.4, 1.3, 0.0)
     result = adjusted_map([session_of([pose], [pose])], [pose], PARAMS)

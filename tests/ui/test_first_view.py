@@ -368,6 +368,9 @@ def test_an_errand_during_a_round_needs_a_choice_of_time(page: Any, tab: Tab) ->
     tab.evaluate("document.getElementById('taken').click()")
     command = page.next_command()
     assert (type(command).__name__, command.place) == ("Taken", "table_1")
+    unloading = DeliveryView(state="unloading", place="kitchen", waits_for="taken", round_active=True)
+    page.server.set_layer("delivery", unloading)
+    tab.wait_for("document.getElementById('taken').textContent === 'Unloaded'")
     page.server.set_layer(
         "delivery",
         DeliveryView(

@@ -89,6 +89,11 @@ def test_the_robots_screen_is_left_with_the_pin(kiosk: Kiosk) -> None:
         tab.wait_for(f"{TITLE} === 'Table 3: your food'")
         tab.click("#kiosk-confirm")
         assert kiosk.next_command() == Taken("table_3")
+        kiosk.wait_at(DeliveryView(waits_for="taken", place="kitchen", state="unloading"))
+        tab.wait_for(f"{TITLE} === 'Unload the food'")
+        assert tab.evaluate("document.getElementById('kiosk-confirm').textContent") == "Unloaded"
+        kiosk.wait_at(DeliveryView(waits_for="taken", place="table_3", state="waiting"))
+        tab.wait_for(f"{TITLE} === 'Table 3: your food'")
         assert tab.evaluate("getComputedStyle(document.getElementById('stop')).display") != "none"
         assert tab.evaluate("document.getElementById('map').offsetParent") is None
 

@@ -78,7 +78,7 @@ def load(status: DeliveryStatus, trays: int) -> str:
 
 def unload(status: DeliveryStatus) -> str:
     """Return the message in the kitchen at the end of a round, with the tables whose food nobody took."""
-    return f"In the kitchen. {_food_back(status)} Then press 'Taken'."
+    return f"In the kitchen. {_food_back(status)} Then press 'Unloaded'."
 
 
 def _food_back(status: DeliveryStatus) -> str:

@@ -9,6 +9,9 @@ from msgspec import Meta
 
 from chefbot.maths.odometry_noise import OdometryNoise
 
+MATCH_RANGE = 40.0
+"""Range in metres of the returns that are registered with those of other scans, unless another one is given."""
+
 
 class GmappingParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Parameters of `Gmapping`; the defaults suit lasers of 180 to 360 degrees and depth cameras indoors."""
@@ -34,6 +37,12 @@ class GmappingParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     max_range: Annotated[
         float, Meta(gt=0.0, le=200.0, description="returns further than this mark no cell, m")
     ] = 80.0
+    match_range: Annotated[
+        float,
+        Meta(
+            gt=0.0, le=200.0, description="returns farther than this are not used in the joint adjustment, m"
+        ),
+    ] = MATCH_RANGE
     clear_range: Annotated[
         float, Meta(ge=0.0, le=200.0, description="a beam without return clears the map up to here, m")
     ] = 3.0

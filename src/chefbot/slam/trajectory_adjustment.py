@@ -32,9 +32,9 @@ from chefbot.slam.session import START_STD_XY, START_STD_YAW, Session
 
 Array = NDArray[np.float64]
 ASSUMED = GraphSlamParams()
-"""Its odometry noise is assumed, and then scaled; returns within its match range are registered."""
-MIN_SCALE, MAX_SCALE = 0.01, 4.0
-"""Limits of the factor by which the variances of odometry are scaled."""
+"""Its odometry noise is assumed, and then scaled."""
+MIN_SCALE, MAX_SCALE = 0.002, 4.0
+"""Limits of the factor by which the variances of odometry are scaled: a gyro is much better than assumed."""
 MEDIAN_CHI_SQUARED = 0.455
 """Median of the square of a normally distributed variable with variance 1."""
 REGRESSIONS, OUTLIER = 4, 4.0
@@ -69,34 +69,41 @@ def adjusted_map(
 ) -> AdjustedMap:
     """Return the map of drives after a joint adjustment of its poses; the first one stays.
 
-    poses: of all used scans. params: of the mapper, for the resolution and the ranges of the map. Raises ScanError if
-    the numbers of used scans and of poses differ.
+    poses: of all used scans. params: of the mapper, for the resolution and the ranges of the map. Returns that
+    mark no cell are registered up to its `match_range`: those of a depth camera are too noisy to be drawn, but far
+    walls show the heading best. Raises ScanError if the numbers of used scans and of poses differ.
     """
-    beams = [one for session in sessions for one in _beams(session, params)]
+    beams = [one for session in sessions for one in _beams(session, params.max_range, params.clear_range)]
     if len(beams) != len(poses) or not poses:
         raise ScanError(f"the drives have {len(beams)} used scans, but there are {len(poses)} poses")
     start = np.array([pose.array() for pose in poses])
     wide = all(has_wide_view(session.angles[: session.beams[0]]) for session in sessions)
-    adjusted, offset = _adjusted(beams, start, _steps(sessions, start), wide)
+    adjusted, offset = _adjusted(
+        _features(sessions, params.match_range), start, _steps(sessions, start), wide
+    )
     grid = DrawnMap(params.resolution, params.max_cells).draw(beams, adjusted, offset)
     return AdjustedMap([SE2(x, y, wrap(yaw)) for x, y, yaw in adjusted.tolist()], grid, offset)
 
 
-def _beams(session: Session, params: GmappingParams | GraphSlamParams) -> Iterator[Beams]:
+def _features(sessions: Sequence[Session], match_range: float) -> list[ScanFeatures]:
+    beams = (one for session in sessions for one in _beams(session, match_range, 0.0))
+    return [ScanFeatures.of(one, match_range) for one in beams]
+
+
+def _beams(session: Session, max_range: float, clear_range: float) -> Iterator[Beams]:
     laser = SE2.of(session.laser)
     for scan in session.scans():
         if len(scan.ranges):
             ranges = np.where(scan.ranges >= session.range_max, np.float32(math.inf), scan.ranges)
-            yield beams_of(scan.angles, ranges, laser, params.max_range, params.clear_range)
+            yield beams_of(scan.angles, ranges, laser, max_range, clear_range)
 
 
 def _adjusted(
-    beams: Sequence[Beams], poses: Array, steps: _Steps, calibrates_ranges: bool
+    features: list[ScanFeatures], poses: Array, steps: _Steps, calibrates_ranges: bool
 ) -> tuple[Array, float]:
     """Return the adjusted poses (n, 3), and the correction of all ranges, m."""
     if len(poses) < 2:
         return poses, 0.0
-    features = [ScanFeatures.of(one, ASSUMED.match_range) for one in beams]
     steps = _calibrated(steps, poses)
     adjustment = Adjustment(features, calibrates_ranges)
     return adjustment.adjusted(poses, partial(_edges, steps)), adjustment.range_offset

@@ -183,11 +183,11 @@ def order(
 @drive_app.command("confirm")
 def confirm(
     answer: Annotated[
-        Literal["", "loaded", "taken", "not-taken", "go-on", "kitchen", "end"],
+        Literal["", "loaded", "taken", "not-taken", "unloaded", "go-on", "kitchen", "end"],
         typer.Argument(
             help="what to confirm. loaded: the food is on the tray; taken: the guest has it; not-taken: it stays "
-            "on the tray; after a stop or an additional goal: go-on, kitchen (load again), end. Default: show what "
-            "the delivery waits for"
+            "on the tray; unloaded: what nobody took is off it; after a stop or an additional goal: go-on, kitchen "
+            "(load again), end. Default: show what the delivery waits for"
         ),
     ] = "",
     page: Annotated[str, PAGE] = WEB_UI,

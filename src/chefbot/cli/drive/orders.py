@@ -22,6 +22,7 @@ ANSWERS: dict[str, OperatorCommand] = {
     "loaded": Loaded(),
     "taken": Taken(),
     "not-taken": NotTaken(),
+    "unloaded": Taken(),
     "go-on": Choose("go_on"),
     "kitchen": Choose("kitchen"),
     "end": Choose("end"),
@@ -125,8 +126,8 @@ def _delivery(robot: WebUiClient) -> Any:
 def _print_answers(delivery: Mapping[str, Any], page: str) -> None:
     """Print the commands that confirm what the delivery waits for."""
     choices = [choice.replace("_", "-") for choice in delivery["choices"]]
-    at_table = ["taken", "not-taken"] if delivery["state"] == "waiting" else ["taken"]
-    answers = {"loaded": ["loaded"], "taken": at_table, "choice": choices}
+    taken = ["taken", "not-taken"] if delivery["state"] == "waiting" else ["unloaded"]
+    answers = {"loaded": ["loaded"], "taken": taken, "choice": choices}
     option = "" if page == WEB_UI else f" --page '{page}'"
     for answer in answers.get(delivery["waits_for"], []):
         console.print(f"  chefbot drive confirm {answer}{option}")

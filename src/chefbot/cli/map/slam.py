@@ -16,7 +16,7 @@ from chefbot.plural import number_of
 from chefbot.runtime.clock import wall_ns
 from chefbot.slam.graph import GraphSlamParams
 from chefbot.slam.offline import SlamResult, run_log, trajectory_tum
-from chefbot.slam.params import GmappingParams
+from chefbot.slam.params import MATCH_RANGE, GmappingParams
 from chefbot.slam.recorded_scan import NO_RETURN, RecordedScan
 from chefbot.storage.atomic_files import folder_for_results
 from chefbot.storage.mapped_drives import BUNDLE, MapperParams, files_beside_map
@@ -43,9 +43,10 @@ def run_slam(
 
     Raises UserError if the log is invalid or the folder cannot be written.
     """
-    params: GmappingParams | GraphSlamParams = GraphSlamParams(max_range=max_range)
+    matched = min(max_range, MATCH_RANGE)
+    params: GmappingParams | GraphSlamParams = GraphSlamParams(max_range=max_range, match_range=matched)
     if algorithm == "gmapping":
-        params = GmappingParams(particles=particles, seed=seed, max_range=max_range)
+        params = GmappingParams(particles=particles, seed=seed, max_range=max_range, match_range=matched)
     began, costs = wall_ns(), SlamCosts()
     with naming_log(path):
         drive = read_log(path, choice)

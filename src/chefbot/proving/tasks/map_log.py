@@ -12,7 +12,7 @@ from chefbot.errors import ChefbotError, UserError
 from chefbot.proving.scenario_tasks import MapLogTask
 from chefbot.slam.carmen import parse
 from chefbot.slam.offline import run_log
-from chefbot.slam.params import GmappingParams
+from chefbot.slam.params import MATCH_RANGE, GmappingParams
 from chefbot.slam.relations import parse_relations, relation_errors, track_of_log
 from chefbot.storage.carmen_log import read_text
 
@@ -27,7 +27,10 @@ def map_log(
     if missing:
         raise UserError(f"log {task.log}: {missing}")
     records = list(parse(text))
-    params = GmappingParams(particles=task.particles, seed=seed, max_range=task.max_range)
+    matched = min(task.max_range, MATCH_RANGE)
+    params = GmappingParams(
+        particles=task.particles, seed=seed, max_range=task.max_range, match_range=matched
+    )
     try:
         result = run_log(records, params)
         track = track_of_log(records, result.stamps, result.poses)

@@ -45,7 +45,7 @@ export class Kiosk {
     $("kiosk-title").textContent = this.stopped ? tr("Stopped") : goes ? sentence.replace(/[.。]\u2069*$/, "") : heading;
     $("kiosk-text").textContent = waits === "choice" || (goes && !this.stopped) ? "" : sentence;
     $("kiosk-confirm").hidden = !confirms;
-    $("kiosk-confirm").textContent = confirms ? PRESSES[waits] : "";
+    $("kiosk-confirm").textContent = confirms ? PRESSES[state] : "";
   }
 
   // The emergency stop was pressed or released.
@@ -96,7 +96,7 @@ export class Kiosk {
   }
 }
 
-const PRESSES = { loaded: tr("Loaded"), taken: tr("Taken") };
+const PRESSES = { loading: tr("Loaded"), waiting: tr("Taken"), unloading: tr("Unloaded") };
 const TITLES = { loaded: tr("Load the food"), choice: tr("Please call the staff") };
 const STATES = {
   unloading: tr("Unload the food"), driving: tr("On the way"), returning: tr("On the way back"), errand: tr("On the way"), failed: tr("Please call the staff"),

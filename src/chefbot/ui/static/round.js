@@ -37,6 +37,7 @@ export class RoundCard {
     // also while STOP or a choice holds the round: the guest at the table does not wait for that
     $("loaded").hidden = value?.state !== "loading";
     $("taken").hidden = !["waiting", "unloading"].includes(value?.state);
+    text("taken", value?.state === "unloading" ? tr("Unloaded") : tr("Taken"));
     $("not_taken").hidden = value?.state !== "waiting";
     for (const choice of ["go_on", "kitchen", "end"]) $(choice).hidden = !value?.choices.includes(choice);
     const again = value?.state === "loading";             // it is there, unless it was moved by hand

@@ -123,6 +123,19 @@ def test_an_order_behind_others_needs_energy_for_all() -> None:
     assert [order.id for order in one.round.status.pending_orders] == ["c"]
 
 
+def test_an_order_without_tables_fails_when_it_begins() -> None:
+    one = Corridor(60.0 * MARGIN + 20.0)
+    one.round.order(Order(("table_3",), "a"))
+    one.forecast.battery = battery(1.0)
+    one.round.order(Order((), "b"))
+    assert [order.id for order in one.round.status.pending_orders] == ["b"] and not one.outcomes
+    one.round.withdraw("a")
+    assert [(outcome.order_id, outcome.sentence) for outcome in one.outcomes][-1] == (
+        "b",
+        status_messages.NO_PLACE,
+    )
+
+
 def test_the_way_home_between_two_orders_needs_no_energy() -> None:
     """To table 3 and back to the kitchen are 55 m, to table 2 and home 35 m; by way of home 10 m more."""
     one = Corridor(90.0 * MARGIN + 1.0)

@@ -57,8 +57,10 @@ class DepthBench:
         return self.published[topic][-1]
 
 
-def info(width: int, height: int, focal: float, cx: float, cy: float, **more: Any) -> CameraInfo:
-    k = np.array([focal, 0.0, cx, 0.0, focal, cy, 0.0, 0.0, 1.0])
+def info(
+    width: int, height: int, focal: float, cx: float, cy: float, fy: float | None = None, **more: Any
+) -> CameraInfo:
+    k = np.array([focal, 0.0, cx, 0.0, focal if fy is None else fy, cy, 0.0, 0.0, 1.0])
     return CameraInfo(Header.of(0, "camera"), height, width, k=k, **more)
 
 
@@ -123,6 +125,7 @@ def test_a_binned_region_gives_the_same_scan() -> None:
         (info(4_000_000, 1, 300.0, 0.0, 0.0), "too large"),
         (info(320, 240, 1e-3, 160.0, 120.0), "degrees"),
         (info(320, 240, 1e9, 160.0, 120.0), "degrees"),
+        (info(640, 480, 554.0, 320.0, 240.0, 1e-320), "check fx and fy"),
     ],
 )
 def test_a_camera_info_of_no_depth_camera_is_refused(given: CameraInfo, reason: str) -> None:

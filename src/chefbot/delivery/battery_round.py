@@ -57,7 +57,7 @@ class BatteryRound(DeliveryRound):
     def order(self, order: Order) -> None:
         """Accept an order, or refuse it if the energy is not enough for it after all others."""
         is_new = not order.id or order.id not in self.status.accepted
-        if is_new and self.in_progress:
+        if is_new and order.places and self.in_progress:
             refusal = self._refusal_behind_others(order)
             if refusal:
                 self._refuse(order, refusal)

@@ -22,6 +22,8 @@ MAX_SIDE = 4096
 """Maximum width and height of an image, pixels."""
 MIN_FIELD_OF_VIEW = math.radians(1.0)
 """Horizontal field of view below which intrinsics are wrong, rad."""
+MAX_PIXEL_ASPECT = 10.0
+"""Ratio of the focal lengths of columns and rows above which they are wrong: binned pixels are not square."""
 
 
 @dataclass(frozen=True)
@@ -80,6 +82,10 @@ class CameraModel:
         if not MIN_FIELD_OF_VIEW <= model.field_of_view <= MAX_FIELD_OF_VIEW:
             degrees = math.degrees(model.field_of_view)
             raise ScanError(f"camera_info is of a view of {degrees:.3g} degrees; check fx and width")
+        if not 1.0 / MAX_PIXEL_ASPECT <= model.fx / model.fy <= MAX_PIXEL_ASPECT:
+            raise ScanError(
+                f"camera_info has focal lengths of {model.fx:.3g} and {model.fy:.3g} pixels; check fx and fy"
+            )
         return model
 
     def camera_info(self, header: Header) -> CameraInfo:

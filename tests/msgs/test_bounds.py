@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from chefbot.msgs.geometry_msgs import PoseWithCovariance
+from chefbot.msgs.geometry_msgs import PoseStamped, PoseWithCovariance
 from chefbot.msgs.idl.errors import InvalidMessageError
 from chefbot.msgs.idl.fields import NUMPY_TYPES, MessageField, fields_of
 from chefbot.msgs.idl.message import Message
-from chefbot.msgs.nav_msgs import MapMetaData, OccupancyGrid
+from chefbot.msgs.nav2_msgs import MAX_WAYPOINTS, NavigateThroughPoses_Goal
+from chefbot.msgs.nav_msgs import Goals, MapMetaData, OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.validity import MAX_ABS_VALUE, MAX_NUMBERS, MAY_BE_NAN, check, max_length_of
 from tests.support.messages import all_messages
@@ -80,6 +81,12 @@ def test_nearly_all_arrays_are_bounded_by_their_meaning() -> None:
     beams = LaserScan(ranges=np.zeros(MAX_NUMBERS // 2, np.float32))
     with pytest.raises(InvalidMessageError, match=r"^ranges has 500000 elements, at most 100000 can be used"):
         check(beams)
+
+
+def test_a_goal_has_no_more_poses_than_a_feedback_can_report() -> None:
+    check(NavigateThroughPoses_Goal(Goals(goals=(PoseStamped(),) * MAX_WAYPOINTS)))
+    with pytest.raises(InvalidMessageError, match="poses has 1001 elements, at most 1000 can be used"):
+        check(NavigateThroughPoses_Goal(Goals(goals=(PoseStamped(),) * (MAX_WAYPOINTS + 1))))
 
 
 def correlated(*pairs: tuple[int, int, float]) -> PoseWithCovariance:

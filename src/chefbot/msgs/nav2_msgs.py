@@ -6,6 +6,8 @@ FollowObject is that of Lyrical, as Kilted has none.
 
 from __future__ import annotations
 
+from typing import Any
+
 from chefbot.msgs.builtin_interfaces import Duration, Time
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped
 from chefbot.msgs.idl.action import define_action
@@ -18,7 +20,7 @@ MAX_SPIN = 1000.0
 """Largest rotation in place, rad."""
 MAX_PARTICLES = 100_000
 MAX_TREE_NODES = 10_000
-MAX_WAYPOINTS = 10_000
+MAX_WAYPOINTS = 1000
 PENDING, COMPLETED, SKIPPED, FAILED = range(4)
 """Values of the field `waypoint_status` of WaypointStatus."""
 INITIAL_PERCEPTION, CONTROLLING, STOPPING, RETRY = range(1, 5)
@@ -127,8 +129,16 @@ class MissedWaypoint(Message, frozen=True, eq=False):
     error_code: Uint16 = 0
 
 
+def _few_poses(message: Any) -> str:
+    """Limit the poses, of which each feedback states the status."""
+    n = len(message.poses.goals)
+    return f"poses has {n} elements, at most {MAX_WAYPOINTS} can be used" if n > MAX_WAYPOINTS else ""
+
+
 class NavigateThroughPoses_Goal(Message, frozen=True, eq=False):
     """Navigate through poses without stopping at those before the last one, with an optional behavior tree."""
+
+    RULES = (_few_poses,)
 
     poses: Goals = Goals()
     behavior_tree: String = ""

@@ -78,20 +78,33 @@ def test_cost_is_zero_outside_and_in_unknown_cells(column: float, row: float) ->
 def test_a_constant_twist_rolls_out_to_its_exact_arc(v: float, w: float, yaw: float) -> None:
     end = 1.5
     end_of = roll_out(
-        FREE, 100.0, 100.0, yaw, (v, w), (v, w), 0.0, end, 1e9, INSCRIBED, NO_CORNERS, 0, *NO_PEOPLE
+        FREE, 100.0, 100.0, yaw, (v, w), (v, w), 0.0, end, 1e9, INSCRIBED, NO_CORNERS, 0, 0.0, *NO_PEOPLE
     )
     chord = v * end * np.sinc(w * end / 2 / math.pi)
     mean = yaw + w * end / 2
     assert end_of[:2] == pytest.approx((100 + chord * math.cos(mean), 100 + chord * math.sin(mean)), abs=1e-6)
     assert end_of[2:5] == pytest.approx((yaw + w * end, v * end, end))
-    assert end_of[5:] == (0.0, 0, 0.0, 0.0, False)
+    assert end_of[5:] == (0.0, 0, 0.0, 0.0, False, 0.0)
 
 
 @given(SPEEDS, SPEEDS, st.floats(0.01, 3.0))
 def test_a_ramp_covers_the_integral_of_its_speed(v0: float, v1: float, ramp: float) -> None:
     end, count = 1.5, 20
     distance = roll_out(
-        FREE, 50.0, 100.0, 0.0, (v0, 0.0), (v1, 0.0), ramp, end, 1e9, INSCRIBED, NO_CORNERS, 0, *NO_PEOPLE
+        FREE,
+        50.0,
+        100.0,
+        0.0,
+        (v0, 0.0),
+        (v1, 0.0),
+        ramp,
+        end,
+        1e9,
+        INSCRIBED,
+        NO_CORNERS,
+        0,
+        0.0,
+        *NO_PEOPLE,
     ).distance
     middles = (np.arange(count) + 0.5) * end / count
     expected = np.sum(v0 + np.minimum(1.0, middles / ramp) * (v1 - v0)) * end / count
@@ -103,7 +116,20 @@ def test_a_rollout_ends_before_a_wall(gap: int, speed: float) -> None:
     cells = FREE.copy()
     cells[:, 100 + gap] = LETHAL
     end = roll_out(
-        cells, 100.5, 100.5, 0.0, (speed, 0), (speed, 0), 0.0, 8.0, 1e9, INSCRIBED, NO_CORNERS, 0, *NO_PEOPLE
+        cells,
+        100.5,
+        100.5,
+        0.0,
+        (speed, 0),
+        (speed, 0),
+        0.0,
+        8.0,
+        1e9,
+        INSCRIBED,
+        NO_CORNERS,
+        0,
+        0.0,
+        *NO_PEOPLE,
     )
     assert cost_at(cells, end.x, 100.5) == 0
     assert end.blocked == (speed * 8.0 >= gap - 0.5 + 1e-9) or abs(speed * 8.0 - gap + 0.5) < 1e-6
@@ -124,6 +150,7 @@ def test_a_rollout_ends_at_the_goal(speed: float, remaining: float) -> None:
         INSCRIBED,
         NO_CORNERS,
         0,
+        0.0,
         *NO_PEOPLE,
     )
     assert remaining <= end.distance < remaining + speed * 0.0751
@@ -161,6 +188,17 @@ def test_twists_within_the_inscribed_zone_must_leave_it() -> None:
     assert SAMPLES[chosen(cells, v=0.0)][0] == 0.0
     cells[:, 62:] = 0
     assert SAMPLES[chosen(cells, v=0.4)][0] > 0.0
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_a_robot_beside_an_obstacle_leaves_by_the_widest_way(side: int) -> None:
+    """As beside the corner of a desk along which the path leads: all costs within the inscribed radius are equal."""
+    cells = FREE.copy()
+    cells[96:104, 50:64] = INSCRIBED
+    rows = slice(103, 106) if side > 0 else slice(94, 97)
+    cells[rows, 62:65] = LETHAL
+    v, w = SAMPLES[chosen(cells, v=0.0)]
+    assert v > 0.0 and w * side < 0.0, "it turns away while it drives"
 
 
 def test_high_costs_limit_the_speed() -> None:

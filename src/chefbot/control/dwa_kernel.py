@@ -11,10 +11,14 @@ from numpy.typing import NDArray
 
 from chefbot.control.people_cost import PROXIMITY, person_cost
 from chefbot.maths.costs import INSCRIBED, LETHAL, UNKNOWN
-from chefbot.maths.footprint_collision import lethal_on_edges
+from chefbot.maths.footprint_collision import lethal_distance, lethal_on_edges
 
 MAX_COST = 252.0
 """Highest cost of a cell outside the inscribed radius of an obstacle."""
+APPROACH_WEIGHT = 200.0
+"""Penalty per metre by which a robot within the inscribed radius of an obstacle comes nearer to it as it leaves."""
+MAX_REACH = 20.0
+"""Distance from the robot in which obstacles count for that, cells."""
 OVERSPEED_WEIGHT = 10.0
 """Penalty per m/s above the safe speed near obstacles; outweighs the progress gained by it."""
 TIME_STEP = 0.075
@@ -28,6 +32,7 @@ class Rollout(NamedTuple):
 
     distance, time: until the end. mean_cost, max_cost: of the cells; MAX_COST on average if it was blocked. people:
     mean of the cost of people, max_people: its maximum, 0 to 1. blocked: whether it ended before an obstacle.
+    clearance: smallest distance from a lethal cell, at most the reach of the search.
     """
 
     x: float
@@ -40,6 +45,7 @@ class Rollout(NamedTuple):
     people: float
     max_people: float
     blocked: bool
+    clearance: float
 
 
 @njit(cache=True, nogil=True)
@@ -75,13 +81,14 @@ def roll_out(
     limit: int,
     corners: NDArray[np.float64],
     touched: int,
+    reach: float,
     people: NDArray[np.float64],
     distances: tuple[float, float],
 ) -> Rollout:
     """Simulate the base for `end` seconds while it ramps from `twist` to `target` in `ramp` seconds.
 
-    x, y, speeds, `remaining`, `corners` (n, 2; none for a disc), the states `people` (n, 7), and the two `distances`
-    of `person_cost` are in cells. Ends early after a distance of `remaining` cells, before a cell of cost `limit` or
+    x, y, speeds, `remaining`, `corners` (n, 2; none for a disc), `reach`, within which lethal cells are looked for,
+    the states `people` (n, 7), and the two `distances` of `person_cost` are in cells. Ends early after a distance of `remaining` cells, before a cell of cost `limit` or
     more, or before more than `touched` points on the edges of the footprint are in lethal cells.
     """
     steps = math.ceil(end / TIME_STEP)
@@ -90,6 +97,7 @@ def roll_out(
         steps = max(steps, math.ceil(end * max(abs(twist[0]), abs(target[0]))))
     dt = end / steps
     distance, time, total, max_cost, near, max_near, taken, blocked = 0.0, 0.0, 0.0, 0, 0.0, 0.0, 0, False
+    clearance = reach
     for _ in range(steps):
         ds, dyaw = _ramped_step(twist, target, time, dt, ramp)
         # exact arc: chord 2 r sin(dyaw / 2) in the mean direction
@@ -104,6 +112,8 @@ def roll_out(
         if blocked:
             break
         x, y, yaw, distance, time, total = next_x, next_y, yaw + dyaw, distance + ds, time + dt, total + cost
+        if reach > 0.0:
+            clearance = min(clearance, lethal_distance(cells, x, y, clearance))
         # people, where they will be then
         if people.shape[0]:
             cost_of_people = person_cost(people, x, y, time, distances[0], distances[1])
@@ -113,7 +123,8 @@ def roll_out(
         if distance >= remaining:
             break
     mean = MAX_COST if blocked else total / taken
-    return Rollout(x, y, yaw, distance, time, mean, max_cost, near / max(taken, 1), max_near, blocked)
+    near /= max(taken, 1)
+    return Rollout(x, y, yaw, distance, time, mean, max_cost, near, max_near, blocked, clearance)
 
 
 @njit(cache=True, nogil=True)
@@ -200,6 +211,19 @@ def _score(
 
 
 @njit(cache=True, nogil=True)
+def _prefer_clearance(scores: NDArray[np.float64], approach: NDArray[np.float64]) -> None:
+    """Penalize ways out of an inscribed zone by how near they come to an obstacle, m; infinite for all other twists.
+
+    The lowest of their scores stays as it is, so that the robot leaves wherever it would have left without this.
+    """
+    ways = np.flatnonzero(np.isfinite(approach))
+    if not len(ways):
+        return
+    penalized = scores[ways] + APPROACH_WEIGHT * approach[ways]
+    scores[ways] = penalized + (scores[ways].min() - penalized.min())
+
+
+@njit(cache=True, nogil=True)
 def score_twists(
     cells: NDArray[np.uint8],
     resolution: float,
@@ -224,13 +248,16 @@ def score_twists(
     linear and angular. slowing: next to obstacles, and next to people, as fractions. weights: path, goal, heading,
     obstacle, change, people. footprint: corners (n, 2), m. people: states (n, 7), in cells. contact: of bodies, m.
     A twist is admissible if the robot can stop, after one more period, before a collision; if it stands within the
-    inscribed radius of an obstacle, or an edge of it in one, if it leaves that zone without a lethal cell.
+    inscribed radius of an obstacle, or an edge of it in one, if it leaves that zone without a lethal cell. Of the ways
+    out of such a zone that comes nearest to an obstacle is the worst, because the costs within it are all equal.
     """
     x, y, scores = pose[0] / resolution, pose[1] / resolution, np.full(twists.shape[0], math.inf)
     in_inscribed = cost_at(cells, x, y) >= INSCRIBED
     limit, corners = LETHAL if in_inscribed else INSCRIBED, footprint / resolution
     distances = contact / resolution, PROXIMITY / resolution
     touched = lethal_on_edges(cells, x, y, pose[2], corners)
+    reach = lethal_distance(cells, x, y, MAX_REACH) if in_inscribed else 0.0
+    approach = np.full(twists.shape[0], math.inf)
     for i in range(twists.shape[0]):
         v, w = twists[i]
         # duration of the ramp from the present twist to the sampled one
@@ -239,7 +266,7 @@ def score_twists(
         # forward simulation up to the end of the window, the goal or a collision
         end = roll_out(
             cells, x, y, pose[2], (twist[0] / resolution, twist[1]), (v / resolution, w), ramp, sim_time,
-            remaining / resolution, limit, corners, touched, people, distances,
+            remaining / resolution, limit, corners, touched, reach, people, distances,
         )  # fmt: skip
         # admissible velocities: those that stop before the obstacle
         if end.blocked and (end.distance < braking_distance or v < MIN_FORWARD_SPEED):
@@ -249,4 +276,7 @@ def score_twists(
             continue
         safe_speed = _safe_speed(end, max_speed, slowing)
         scores[i] = _score(path, resolution, end, (v, w), twist[1], sim_time, safe_speed, weights)
+        if in_inscribed and v > MIN_FORWARD_SPEED:
+            approach[i] = (reach - end.clearance) * resolution
+    _prefer_clearance(scores, approach)
     return scores

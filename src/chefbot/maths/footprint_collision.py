@@ -45,6 +45,19 @@ def lethal_on_edges(
 
 
 @njit(cache=True, nogil=True)
+def lethal_distance(cells: NDArray[np.uint8], x: float, y: float, reach: float) -> float:
+    """Return the distance of a point from the nearest lethal cell, at most `reach`; 0 inside one. All are in cells."""
+    nearest = reach * reach
+    for row in range(max(math.floor(y - reach), 0), min(math.ceil(y + reach), cells.shape[0])):
+        dy = max(row - y, y - row - 1, 0.0)
+        for column in range(max(math.floor(x - reach), 0), min(math.ceil(x + reach), cells.shape[1])):
+            if cells[row, column] == LETHAL_COST:
+                dx = max(column - x, x - column - 1, 0.0)
+                nearest = min(nearest, dx * dx + dy * dy)
+    return math.sqrt(nearest)
+
+
+@njit(cache=True, nogil=True)
 def comes_nearer(cells: NDArray[np.uint8], poses: NDArray[np.float64], corners: NDArray[np.float64]) -> bool:
     """Return whether the footprint touches a lethal cell at a pose (n, 3) and is nearer to it than at the first one.
 

@@ -88,8 +88,9 @@ def roll_out(
     """Simulate the base for `end` seconds while it ramps from `twist` to `target` in `ramp` seconds.
 
     x, y, speeds, `remaining`, `corners` (n, 2; none for a disc), `reach`, within which lethal cells are looked for,
-    the states `people` (n, 7), and the two `distances` of `person_cost` are in cells. Ends early after a distance of `remaining` cells, before a cell of cost `limit` or
-    more, or before more than `touched` points on the edges of the footprint are in lethal cells.
+    the states `people` (n, 7), and the two `distances` of `person_cost` are in cells. Ends early after a distance of
+    `remaining` cells, before a cell of cost `limit` or more, or before more than `touched` points on the edges of the
+    footprint are in lethal cells.
     """
     steps = math.ceil(end / TIME_STEP)
     if corners.shape[0]:
@@ -248,8 +249,8 @@ def score_twists(
     linear and angular. slowing: next to obstacles, and next to people, as fractions. weights: path, goal, heading,
     obstacle, change, people. footprint: corners (n, 2), m. people: states (n, 7), in cells. contact: of bodies, m.
     A twist is admissible if the robot can stop, after one more period, before a collision; if it stands within the
-    inscribed radius of an obstacle, or an edge of it in one, if it leaves that zone without a lethal cell. Of the ways
-    out of such a zone that comes nearest to an obstacle is the worst, because the costs within it are all equal.
+    inscribed radius of an obstacle, or an edge of it in one, if it leaves that zone without a lethal cell. Of the
+    ways out, those with the most clearance are preferred, because the costs within the zone are all equal.
     """
     x, y, scores = pose[0] / resolution, pose[1] / resolution, np.full(twists.shape[0], math.inf)
     in_inscribed = cost_at(cells, x, y) >= INSCRIBED

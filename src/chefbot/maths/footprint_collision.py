@@ -46,7 +46,7 @@ def lethal_on_edges(
 
 @njit(cache=True, nogil=True)
 def lethal_distance(cells: NDArray[np.uint8], x: float, y: float, reach: float) -> float:
-    """Return the distance of a point from the nearest lethal cell, at most `reach`; 0 inside one. All are in cells."""
+    """Return the distance in cells of a point from the nearest lethal cell, at most `reach`; 0 inside one."""
     nearest = reach * reach
     for row in range(max(math.floor(y - reach), 0), min(math.ceil(y + reach), cells.shape[0])):
         dy = max(row - y, y - row - 1, 0.0)

@@ -159,7 +159,7 @@ export class Panels {
   causes(list) {
     $("causes-box").hidden = !list.length;
     const opened = new Set([...$("causes").querySelectorAll("details[open]")].map((entry) => entry.dataset.id));
-    const earlier = list.find((cause) => cause.began);
+    const earlier = list[0]?.began ? null : list.find((cause) => cause.began);
     $("causes").replaceChildren(...list.flatMap((cause) => {
       const item = document.createElement("li"), entry = document.createElement("details");
       const head = document.createElement("summary"), chain = document.createElement("ol");

@@ -32,7 +32,8 @@ export class RoundCard {
     this.value = value;
     const waits = value?.waits_for ?? "", next = value?.place ? title(value.place) : tr("the next order");
     const late = performance.now() - this.since > PATIENCE;
-    text("step", translated(value?.step) || (value || late ? tr("No delivery.") : tr("Connecting to the robot …")));
+    const helpless = document.body.dataset.role === "guest" && (this.stopped || waits === "choice");
+    text("step", helpless ? tr("Please call the staff") : translated(value?.step) || (value || late ? tr("No delivery.") : tr("Connecting to the robot …")));
     text("round-rest", this.rest(value));
     // also while STOP or a choice holds the round: the guest at the table does not wait for that
     $("loaded").hidden = value?.state !== "loading";

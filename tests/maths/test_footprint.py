@@ -12,7 +12,7 @@ from shapely.geometry import LinearRing, box
 
 from chefbot.maths.costs import INSCRIBED, LETHAL, UNKNOWN, Costmap
 from chefbot.maths.footprint import Footprint, disc
-from chefbot.maths.footprint_collision import lethal_on_edges
+from chefbot.maths.footprint_collision import lethal_distance, lethal_on_edges
 from chefbot.maths.se2 import SE2
 from chefbot.robot.load import built_in_robots, load_robot
 
@@ -82,6 +82,17 @@ def test_a_cell_that_comes_under_an_edge_is_met(pose: SE2, cell: tuple[int, int]
     poses = [pose @ SE2(distance * k / 30, 0.0, 0.0) for k in range(31)]
     if overlap(pose, cell) == 0.0 and max(overlap(at, cell) for at in poses) > 1.5 * CELL:
         assert costmap([cell]).comes_nearer(poses)
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(0.0, 8.0))
+def test_the_nearest_lethal_cell_has_the_distance(seed: int, reach: float) -> None:
+    rng = np.random.default_rng(seed)
+    cells = np.where(rng.random((9, 11)) < 0.1, LETHAL, 0).astype(np.uint8)
+    x, y = rng.uniform(-2.0, 12.0, 2)
+    rows, columns = np.nonzero(cells == LETHAL)
+    dx, dy = (np.maximum(np.maximum(low - at, at - low - 1), 0.0) for low, at in ((columns, x), (rows, y)))
+    expected = min([reach, *np.hypot(dx, dy)])
+    assert lethal_distance(cells, x, y, reach) == pytest.approx(expected)
 
 
 def test_a_disc_has_no_edges() -> None:

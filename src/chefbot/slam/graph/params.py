@@ -8,6 +8,7 @@ import msgspec
 from msgspec import Meta
 
 from chefbot.maths.odometry_noise import OdometryNoise
+from chefbot.slam.params import MATCH_RANGE
 
 
 class GraphSlamParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -36,7 +37,7 @@ class GraphSlamParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
     ] = 3.0
     match_range: Annotated[
         float, Meta(gt=0.0, le=200.0, description="returns farther than this are not matched, m")
-    ] = 40.0
+    ] = MATCH_RANGE
     odometry_noise: OdometryNoise = OdometryNoise(
         translation_from_translation=0.1,
         translation_from_rotation=0.1,

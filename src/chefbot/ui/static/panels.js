@@ -2,7 +2,7 @@
 import { byArrows } from "./keys.js";
 import { language, title, tr, translated } from "./language.js";
 import { ErrorPlot, length } from "./plot.js";
-import { RoundCard } from "./round.js";
+import { helpless, RoundCard } from "./round.js";
 
 const $ = (id) => document.getElementById(id);
 const text = (id, value) => { if ($(id).textContent !== value) $(id).textContent = value; };
@@ -16,7 +16,6 @@ export class Panels {
     this.send = send;
     this.round = new RoundCard(send);
     this.chosen = [];
-    this.waitsForChoice = false;
     this.shown = {};                     // the status
     this.ordered = null;                 // order sent, delivery status not received since
     this.names = "";
@@ -111,9 +110,8 @@ export class Panels {
 
   delivery(value) {
     this.ordered = null;
-    this.waitsForChoice = value?.waits_for === "choice";
-    this.activity();
     this.round.show(value);
+    this.activity();
   }
 
   progress(value) {
@@ -147,12 +145,12 @@ export class Panels {
     this.simulation(status);
   }
 
-  // What the robot does, and why it stands; a guest can do nothing about a stop.
+  // What the robot does, and why it stands.
   activity() {
     const { phase, reason, stopped } = this.shown;
-    const helpless = document.body.dataset.role === "guest" && (stopped || this.waitsForChoice);
-    text("phase", helpless ? tr("Please call the staff") : translated(phase) || tr("Connected."));
-    text("last-stop", reason && !helpless ? tr("Why: {reason}", { reason: translated(reason) }) : "");
+    const calls = helpless(stopped, this.round.value);
+    text("phase", calls ? tr("Please call the staff") : translated(phase) || tr("Connected."));
+    text("last-stop", reason && !calls ? tr("Why: {reason}", { reason: translated(reason) }) : "");
   }
 
   // The newest causes of slow-downs, stops, detours and failures, each with its chain.

@@ -7,6 +7,9 @@ const DOUBLE_TAP = 400, DOUBT = 4000;    // milliseconds: the second tap that co
 const PATIENCE = 3000;                   // milliseconds in which a connected robot sends the status of its deliveries
 const names = (list) => (list ?? []).map((name) => isolated(title(name))).join(comma);
 
+// Whether the reader is a guest, who can do nothing about a stop or a choice.
+export const helpless = (stopped, delivery) => document.body.dataset.role === "guest" && (stopped || delivery?.waits_for === "choice");
+
 export class RoundCard {
   constructor(send) {
     this.send = send;
@@ -32,8 +35,7 @@ export class RoundCard {
     this.value = value;
     const waits = value?.waits_for ?? "", next = value?.place ? title(value.place) : tr("the next order");
     const late = performance.now() - this.since > PATIENCE;
-    const helpless = document.body.dataset.role === "guest" && (this.stopped || waits === "choice");
-    text("step", helpless ? tr("Please call the staff") : translated(value?.step) || (value || late ? tr("No delivery.") : tr("Connecting to the robot …")));
+    text("step", helpless(this.stopped, value) ? tr("Please call the staff") : translated(value?.step) || (value || late ? tr("No delivery.") : tr("Connecting to the robot …")));
     text("round-rest", this.rest(value));
     // also while STOP or a choice holds the round: the guest at the table does not wait for that
     $("loaded").hidden = value?.state !== "loading";
@@ -135,7 +137,7 @@ export class RoundCard {
   // The emergency stop was pressed or released.
   stop({ stopped }) {
     this.stopped = stopped;
-    this.showForecast(this.forecast);
+    this.show(this.value);
   }
 
   changeQueue(tables) { this.send({ do: "queue", tables, order: this.value.order_id, seen: this.value.queue }); }

@@ -32,6 +32,22 @@ def test_the_view_follows_the_status(state: str, hold: str, loaded: bool) -> Non
     assert ("kitchen" in view.choices) == brings_back
 
 
+@pytest.mark.parametrize(
+    ("status", "sentence"),
+    [
+        (DeliveryStatus(state="waiting"), "Your food is here, table 1. Please take it."),
+        (DeliveryStatus(state="loading"), "At table 1."),
+        (DeliveryStatus(state="unloading"), "At table 1."),
+        (DeliveryStatus(state="waiting", hold_reason="choice"), "The robot waits. Please call the staff."),
+        (DeliveryStatus(state="driving"), "text"),
+    ],
+)
+def test_a_guest_reads_of_no_button(status: DeliveryStatus, sentence: str) -> None:
+    status = msgspec.structs.replace(status, place="table_1", description="text")
+    assert delivery_view(status, "").guest_step == sentence
+    assert delivery_view(status, "The order was not accepted.").guest_step == "The order was not accepted."
+
+
 def test_an_unanswered_order_replaces_the_description() -> None:
     status = DeliveryStatus(description="text", pending_orders=(Order(("table_1", "table_2"), "a"),))
     view = delivery_view(status, "The order was not accepted.")

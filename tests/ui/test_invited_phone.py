@@ -75,10 +75,14 @@ def test_the_page_reports_a_revoked_link() -> None:
     token = invitations.invite("anna", "waiter")
     with open_tab(f"http://{NAME}:{port}/?token={token}", flags(port)) as tab:
         tab.wait_for(f"{UP} && document.body.dataset.role === 'waiter'")
+        assert tab.evaluate("document.querySelector('[data-tab=drive]').textContent") == "Camera"
         invitations.revoke("anna")
         tab.wait_for(f"document.body.textContent.includes({json.dumps(REVOKED)})")
         tab.wait_for(f"!({UP})")
         tab.wait_for(f"document.getElementById('notice').textContent === {json.dumps(INVALID_TOKEN)}")
+        assert tab.evaluate(
+            "document.getElementById('panels').inert && document.getElementById('notice-close').hidden"
+        )
         tab.evaluate("location.hash = '#kiosk'")
         tab.wait_for(f"document.getElementById('kiosk-text').textContent === {json.dumps(INVALID_TOKEN)}")
         token = invitations.invite("anna", "waiter")
@@ -101,12 +105,15 @@ def test_a_guest_reads_nothing_that_only_staff_can_do() -> None:
         server.set_layer(
             "status", StatusView(phase="Kept; release STOP.", stopped=True, reason="Release STOP.")
         )
-        tab.wait_for(f"{phase} === 'Please call the staff'")
+        tab.wait_for(f"{phase} === 'The robot is stopped. Please call the staff.'")
         assert "release STOP" not in tab.evaluate("document.body.innerText")
         server.set_layer("status", StatusView(phase="Choose."))
-        server.set_layer("delivery", DeliveryView(step="Choose.", waits_for="choice"))
-        tab.wait_for(f"{phase} === 'Please call the staff'")
+        server.set_layer(
+            "delivery", DeliveryView(step="Choose.", guest_step="Please call the staff.", waits_for="choice")
+        )
+        tab.wait_for(f"{phase} === 'Please call the staff.'")
         assert "Choose" not in tab.evaluate("document.body.innerText")
+        assert not tab.evaluate("document.body.classList.contains('waits')")
     server.stop()
 
 

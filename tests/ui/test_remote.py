@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import http.server
 import socket
+import stat
 import threading
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,9 +16,11 @@ from hypothesis import strategies as st
 from tests.support.fake_robot import fake_robot
 from tests.support.waiting import PATIENCE
 
+from chefbot.devices.state_files import VARIABLE
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
 from chefbot.ui import protocol
+from chefbot.ui.access.invitations import own_token, write_address
 from chefbot.ui.commands import Drive, Goal, Stop
 from chefbot.ui.display.views import StatusView
 from chefbot.ui.remote import web_ui_client
@@ -135,6 +139,26 @@ def test_a_server_that_is_silent_is_not_waited_for(monkeypatch: pytest.MonkeyPat
         pytest.raises(UserError, match=r"did not answer within 0\.5 s"),
     ):
         WebUiClient(f"http://127.0.0.1:{silent.getsockname()[1]}")
+
+
+def test_who_served_a_page_needs_no_token_on_its_computer(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(VARIABLE, str(tmp_path))
+    server = WebUiServer(0, "0.0.0.0", print)
+    url = server.start()
+    address = f"http://127.0.0.1:{server.port}"
+    try:
+        write_address("earlier", f"http://127.0.0.1:{server.port + 1}/?token=other")
+        with pytest.raises(UserError, match=r"\?token="):
+            WebUiClient(address)
+        write_address("bench", url)
+        assert stat.S_IMODE((tmp_path / "page" / "bench.link").stat().st_mode) == 0o600
+        for own in (address, f"localhost:{server.port}", url.partition("?")[0]):
+            WebUiClient(own).close()
+        assert own_token("192.0.2.1", server.port) == "", "no other host gets it"
+    finally:
+        server.stop()
 
 
 def test_a_network_page_requires_its_token() -> None:

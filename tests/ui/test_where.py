@@ -9,7 +9,7 @@ import pytest
 from tests.ui.chromium import NO_GPU, needs_chromium, open_tab
 
 from chefbot.ui.commands import InitialPose
-from chefbot.ui.display.views import RobotView
+from chefbot.ui.display.views import RobotView, StopView
 
 pytestmark = [pytest.mark.slow, needs_chromium]
 PLACES = {"table_4": (5.0, 1.0, 0.0), "kitchen": (0.0, 0.0, 0.0)}
@@ -32,8 +32,9 @@ def test_the_sentence_names_place_goal_distance_and_time(page: Any) -> None:
             {"robot": RobotView(x=3.0, y=1.0, yaw=0.0), "goal": (20.0, 1.0, 0.0)},
             "The robot is 2.0 m from Table 4. It is on its way to a point on the map: 2.0 m to go.",
         ),
+        ({"stop": StopView(stopped=True)}, "The robot is 2.0 m from Table 4. It is stopped."),
         (
-            {"path": None, "robot": RobotView(x=3.0, y=1.0, yaw=0.0, v=-0.1)},
+            {"stop": StopView(), "path": None, "robot": RobotView(x=3.0, y=1.0, yaw=0.0, v=-0.1)},
             "The robot is 2.0 m from Table 4. It is moving at 0.1 m/s.",
         ),
     ]
@@ -44,6 +45,10 @@ def test_the_sentence_names_place_goal_distance_and_time(page: Any) -> None:
                 page.server.set_layer(layer, value)
             shown = "(document.getElementById('where').click(), document.getElementById('where-text').textContent)"
             tab.wait_for(f"{shown} === '{sentence}'")
+        page.server.set_layer("stop", StopView(stopped=True))
+        tab.wait_for(
+            "document.getElementById('where-text').textContent === ''"
+        )  # it was about another moment
 
 
 def test_the_pose_of_a_place_is_chosen_from_a_list(page: Any) -> None:

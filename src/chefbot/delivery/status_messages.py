@@ -87,9 +87,22 @@ def _food_back(status: DeliveryStatus) -> str:
 
 def take(status: DeliveryStatus) -> str:
     """Return the message at a table, with the tray of its food if there are several."""
+    return f"{_food_here(status)} Please take it and press 'Taken'."
+
+
+def for_guest(status: DeliveryStatus) -> str:
+    """Return the message for a guest, who has nothing to press."""
+    if status.hold_reason == "choice":
+        return "The robot waits. Please call the staff."
+    if status.state == "waiting":
+        return f"{_food_here(status)} Please take it."
+    return at(status.place) if status.state in ("loading", "unloading") else status.description
+
+
+def _food_here(status: DeliveryStatus) -> str:
     trays, place = status.on_trays, status.place
     tray = f" on tray {trays.index(place) + 1}" if place in trays and len(trays) > 1 else ""
-    return f"Your food is here{tray}, {display_name(place)}. Please take it and press 'Taken'."
+    return f"Your food is here{tray}, {display_name(place)}."
 
 
 def not_reached(place: str, why: str) -> str:

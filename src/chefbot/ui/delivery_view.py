@@ -12,6 +12,7 @@ from chefbot.delivery.status_messages import (
     ORDER_ENDED,
     QUEUE_CHANGED,
     ROUND_STATES,
+    for_guest,
 )
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, RoundForecast
@@ -47,6 +48,7 @@ def delivery_view(status: DeliveryStatus, unanswered: str) -> DeliveryView:
         queue=status.queue,
         order_id=status.order_id,
         step=unanswered or status.description,
+        guest_step=unanswered or for_guest(status),
         state=status.state,
         place=status.place,
         waits_for="choice" if choice else CONFIRMATION.get(status.state, ""),

@@ -144,7 +144,7 @@ class WebUiDevice(NavigationDevice):
     def _note_address(self) -> None:
         """Keep the address for the links of people who are invited."""
         try:
-            write_address(self.robot.name, self.url.partition("?")[0])
+            write_address(self.robot.name, self.url)
         except StorageError as error:
             self._warn(str(error))
 

@@ -51,7 +51,7 @@ def order_delivery(tables: Sequence[str], page: str, wait: bool) -> int:
         before = robot.latest["delivery"]
         robot.send(Deliver(names))
         if wait:
-            return _follow_delivery(robot, names)
+            return _follow_delivery(robot, names, page)
         if not _await_acceptance(robot, before, names):
             raise UserError(f"not ordered: {with_shown_labels(robot, robot.latest['delivery']['step'])}")
         _print(robot, f"ordered: {', '.join(map(display_name, names))}")
@@ -112,7 +112,7 @@ def confirm_step(answer: str, page: str) -> int:
         _print(robot, now["step"])
         robot.wait_for("causes", running_robot.LAYER_TIMEOUT)
         _print_stops(robot, set())
-        _print_answers(now, robot.url)
+        _print_answers(now, page)
         return 1 if answer and now == before else 0
 
 
@@ -133,7 +133,7 @@ def _print_answers(delivery: Mapping[str, Any], page: str) -> None:
         console.print(f"  chefbot drive confirm {answer}{option}")
 
 
-def _follow_delivery(robot: WebUiClient, names: list[str]) -> int:
+def _follow_delivery(robot: WebUiClient, names: list[str], page: str) -> int:
     """Print every step until the robot is home again or has failed; return the exit code."""
     begun = busy = False
     printed = own_round = ""
@@ -155,7 +155,7 @@ def _follow_delivery(robot: WebUiClient, names: list[str]) -> int:
             continue
         if delivery["step"] != printed:
             printed = _print_once(robot, delivery["step"], printed)
-            _print_answers(delivery, robot.url)
+            _print_answers(delivery, page)
         missed = [name for name in names if name not in delivery["delivered"]]
         idle = delivery["state"] in ("idle", "errand") and not delivery["waits_for"]
         if delivery["state"] == "failed" or (idle and (busy or not missed)):

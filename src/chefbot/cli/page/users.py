@@ -37,7 +37,10 @@ def invite_person(name: str, role: str, robot: str, address: str) -> None:
     console.print(link)
     console.print(qr_code(link), style="bright_white on black")
     if not base:
-        console.print(f"{robot} was not served to a network yet; start it with --lan.")
+        console.print(
+            f"{robot} was not served to a network yet; start it with --lan. The link is for port {DEFAULT_PORT}: "
+            f"if the launch prints another one, invite {name} again."
+        )
 
 
 def print_users(robot: str) -> None:

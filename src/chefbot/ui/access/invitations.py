@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import hashlib
 import hmac
+import ipaddress
 import secrets
 import unicodedata
 from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
+from urllib.parse import parse_qs, urlsplit
 
 import msgspec
 
@@ -26,6 +28,8 @@ MAX_NAME, MAX_PEOPLE = 40, 200
 """Maximum length of a name, characters, and maximum number of persons."""
 ADDRESS = ".address"
 """Ending of the file with the address at which a robot was served to a network last."""
+LINK = ".link"
+"""Ending of the file with that address and the token of its launch."""
 
 
 def _ignore(_: str) -> None:
@@ -116,9 +120,11 @@ def checked_name(name: str) -> str:
     return name
 
 
-def write_address(robot: str, address: str) -> None:
-    """Record the address at which a robot's web UI is served to the network, without a token."""
-    _write_file(page_folder() / f"{robot}{ADDRESS}", address.encode())
+def write_address(robot: str, link: str) -> None:
+    """Record the address at which a robot's web UI is served to the network: without its token for invitations, and
+    with it for programs of the same user on this computer."""
+    _write_file(page_folder() / f"{robot}{ADDRESS}", link.partition("?")[0].encode())
+    _write_file(page_folder() / f"{robot}{LINK}", link.encode())
 
 
 def read_address(robot: str) -> str:
@@ -127,6 +133,23 @@ def read_address(robot: str) -> str:
         return (page_folder() / f"{robot}{ADDRESS}").read_text()
     except FileNotFoundError:
         return ""
+
+
+def own_token(host: str, port: int) -> str:
+    """Return the token of the web UI that this user has served to the network at a host of this computer and a port
+    last; empty if there was none."""
+    links = sorted(page_folder().glob(f"*{LINK}"), key=lambda path: path.stat().st_mtime, reverse=True)
+    for parts in map(urlsplit, (path.read_text() for path in links)):
+        if parts.port == port and (host == parts.hostname or _is_loopback(host)):
+            return parse_qs(parts.query).get("token", [""])[0]
+    return ""
+
+
+def _is_loopback(host: str) -> bool:
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
 
 
 def served_robots() -> list[str]:

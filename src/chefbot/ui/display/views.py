@@ -248,6 +248,8 @@ class DeliveryView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     queue: tuple[str, ...] = ()
     order_id: str = ""
     step: str = ""
+    guest_step: str = ""
+    """The current step for a guest, who confirms nothing."""
     state: str = ""
     """State of the mission as in chefbot_msgs/DeliveryStatus."""
     place: str = ""

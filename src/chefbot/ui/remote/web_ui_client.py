@@ -16,6 +16,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus, WebSocketExce
 
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
+from chefbot.ui.access.invitations import own_token
 from chefbot.ui.access.tls import client_context
 from chefbot.ui.commands import OperatorCommand
 from chefbot.ui.protocol import PieceAssembler
@@ -149,7 +150,7 @@ def without_token(page: str) -> str:
 
 def _connect(url: str) -> BlockingWebSocket:
     host, port, token, secure = _address(url)
-    url = without_token(url)
+    url, token = without_token(url), token or own_token(host, port)
     try:
         tcp = socket.create_connection((host, port), CONNECT_TIMEOUT)
     except OSError as error:

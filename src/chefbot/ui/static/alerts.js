@@ -1,5 +1,6 @@
 // Sound, vibration and a notification when the robot needs a person: it waits for one, has failed, or its battery is low.
-import { tr, translated } from "./language.js";
+import { tr } from "./language.js";
+import { isGuest, stepSentence } from "./round.js";
 
 const KEY = "chefbot-alerts", LOW_BATTERY = 20;          // percent
 const NOTE = 0.18, VOLUME = 0.2;         // seconds, share of the loudest
@@ -36,12 +37,12 @@ export class Alerts {
   }
 
   delivery(value) {
-    const waits = value?.waits_for ?? "", before = this.waits;
+    const waits = isGuest() && value?.state !== "waiting" ? "" : value?.waits_for ?? "", before = this.waits;
     this.waits = `${waits} ${value?.place ?? ""}`;
-    if (before !== null && waits && this.waits !== before) this.give(translated(value.step));
+    if (before !== null && waits && this.waits !== before) this.give(stepSentence(value, false));
     const ended = this.inRound && !value?.round_active;
     this.inRound = Boolean(value?.round_active);
-    if (ended && value?.unserved.length) this.give(translated(value.step));
+    if (ended && value?.unserved.length) this.give(stepSentence(value, false));
   }
 
   status(value) {

@@ -178,6 +178,9 @@ function showWhole(inPlace = false) {
   if (!inPlace || !view.shows(area, ...covered)) view.fit(area, ...covered);
 }
 
+// The sentence about the place of the robot has become old.
+function forgetWhere() { $("where-text").textContent = ""; }
+
 // Report a failed goal on every tab.
 function showFailure(status) {
   const count = status?.failures ?? 0;
@@ -196,7 +199,7 @@ function showRefusal(status) {
 }
 
 const HANDLERS = {
-  stop: (value) => { stop.take(value); kiosk.stop(value); panels.round.stop(value); },
+  stop: (value) => { stop.take(value); kiosk.stop(value); panels.round.stop(value); forgetWhere(); },
   map: (value) => { if (value && whole) { follow(false); showWhole(); } },
   robot: (value) => { panels.robot(value); if (following) follow(true); },
   status: (value) => { panels.status(value); inspect.transforms.status(value); incidents.status(value); alerts.status(value); showFailure(value); showRefusal(value); tools.showSimulationTools(Boolean(value?.simulation)); },
@@ -213,7 +216,7 @@ const HANDLERS = {
   cell: (value) => { if (value) tools.answer("inspect_cell", cellSentence(value)); },
   frames: (value) => inspect.transforms.showMoving(value ?? []),
   fixed_frames: (value) => inspect.transforms.showFixed(value ?? []),
-  delivery: (value) => { panels.delivery(value); mapEdit.mapping.delivery(value); kiosk.show(value); alerts.delivery(value); reportLostRound(value); },
+  delivery: (value) => { panels.delivery(value); mapEdit.mapping.delivery(value); kiosk.show(value); alerts.delivery(value); reportLostRound(value); forgetWhere(); },
   forecast: (value) => panels.round.showForecast(value ?? []),
   history: (value) => panels.round.showHistory(value ?? []),
   progress: (value) => panels.progress(value),
@@ -254,6 +257,7 @@ link.addEventListener("layer", ({ detail: { layer, value } }) => take(layer, val
 link.addEventListener("greeted", ({ detail: { arrived, restarted, role, hasMap } }) => {
   if (!hasMap) showFirstPicture();
   document.body.dataset.role = role;      // the style sheet hides what it may not command
+  document.querySelector("[data-tab=drive]").textContent = role === "waiter" ? tr("Camera") : tr("Drive");
   if (arrived) {
     showNotice(tr("Reconnected. The robot received the last command."));
     panels.orderArrived();
@@ -263,6 +267,7 @@ link.addEventListener("greeted", ({ detail: { arrived, restarted, role, hasMap }
 });
 link.addEventListener("up", () => {
   document.body.classList.remove("offline");
+  $("panels").inert = false;
   link.show();
   lastData = performance.now();
   stop.connected();
@@ -288,7 +293,9 @@ link.addEventListener("down", ({ detail: lost }) => {
 link.addEventListener("locked", ({ detail }) => {
   keepNotice = true;
   kiosk.lock(detail);
+  $("panels").inert = true;              // what it shows is old, and commands would be lost
   showNotice(translated(detail), { stays: true, urgent: true });
+  $("notice-close").hidden = true;
 });
 link.addEventListener("age", ({ detail }) => {
   $("age").hidden = !link.open || detail < OLD;
@@ -357,7 +364,7 @@ setTimeout(showFirstPicture, MAP_PATIENCE);
 $("where").onclick = () => {
   clearTimeout(whereAsked);
   $("where-text").textContent = whereSentence(data);
-  whereAsked = setTimeout(() => { $("where-text").textContent = ""; }, WHERE_SHOWN);   // soon it is somewhere else
+  whereAsked = setTimeout(forgetWhere, WHERE_SHOWN);   // soon it is somewhere else
 };
 window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { refresh(); solid.view?.repaint(data); });
 

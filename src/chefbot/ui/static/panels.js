@@ -2,7 +2,7 @@
 import { byArrows } from "./keys.js";
 import { language, title, tr, translated } from "./language.js";
 import { ErrorPlot, length } from "./plot.js";
-import { helpless, RoundCard } from "./round.js";
+import { isGuest, RoundCard, stepSentence } from "./round.js";
 
 const $ = (id) => document.getElementById(id);
 const text = (id, value) => { if ($(id).textContent !== value) $(id).textContent = value; };
@@ -147,10 +147,11 @@ export class Panels {
 
   // What the robot does, and why it stands.
   activity() {
-    const { phase, reason, stopped } = this.shown;
-    const calls = helpless(stopped, this.round.value);
-    text("phase", calls ? tr("Please call the staff") : translated(phase) || tr("Connected."));
-    text("last-stop", reason && !calls ? tr("Why: {reason}", { reason: translated(reason) }) : "");
+    const { phase, reason, stopped } = this.shown, delivery = this.round.value;
+    const helpless = isGuest() && (stopped || delivery?.waits_for === "choice");
+    const step = helpless || phase === delivery?.step ? stepSentence(delivery, stopped) : translated(phase);
+    text("phase", step || tr("Connected."));
+    text("last-stop", reason && !helpless ? tr("Why: {reason}", { reason: translated(reason) }) : "");
   }
 
   // The newest causes of slow-downs, stops, detours and failures, each with its chain.

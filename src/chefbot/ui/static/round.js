@@ -7,8 +7,13 @@ const DOUBLE_TAP = 400, DOUBT = 4000;    // milliseconds: the second tap that co
 const PATIENCE = 3000;                   // milliseconds in which a connected robot sends the status of its deliveries
 const names = (list) => (list ?? []).map((name) => isolated(title(name))).join(comma);
 
-// Whether the reader is a guest, who can do nothing about a stop or a choice.
-export const helpless = (stopped, delivery) => document.body.dataset.role === "guest" && (stopped || delivery?.waits_for === "choice");
+export const isGuest = () => document.body.dataset.role === "guest";
+
+// The current step for the reader: a guest has nothing to press.
+export function stepSentence(delivery, stopped) {
+  if (!isGuest()) return translated(delivery?.step);
+  return stopped ? tr("The robot is stopped. Please call the staff.") : translated(delivery?.guest_step);
+}
 
 export class RoundCard {
   constructor(send) {
@@ -35,7 +40,7 @@ export class RoundCard {
     this.value = value;
     const waits = value?.waits_for ?? "", next = value?.place ? title(value.place) : tr("the next order");
     const late = performance.now() - this.since > PATIENCE;
-    text("step", helpless(this.stopped, value) ? tr("Please call the staff") : translated(value?.step) || (value || late ? tr("No delivery.") : tr("Connecting to the robot …")));
+    text("step", stepSentence(value, this.stopped) || (value || late ? tr("No delivery.") : tr("Connecting to the robot …")));
     text("round-rest", this.rest(value));
     // also while STOP or a choice holds the round: the guest at the table does not wait for that
     $("loaded").hidden = value?.state !== "loading";
@@ -56,7 +61,7 @@ export class RoundCard {
     this.showOrders(value?.orders ?? []);
     $("shortest").hidden = (value?.queue ?? []).length < 2;
     this.showForecast(this.forecast);
-    document.body.classList.toggle("waits", Boolean(waits));
+    document.body.classList.toggle("waits", Boolean(waits) && !isGuest());
     if (waits === "choice" && !waited) $("round").scrollIntoView({ block: "nearest" });   // a phone may show what is below
     if (!value?.round_active) this.answer("");
     if (focused?.hidden && $("round").contains(focused)) $("round").focus();   // the next Tab continues from here

@@ -7,7 +7,7 @@ const HERE = 0.3;                        // metres from a place at which the rob
 export function whereSentence(data) {
   const robot = data.get("robot"), places = data.get("places") ?? [];
   if (!robot) return tr("The robot does not know where it is.");
-  return [position(robot, places), motion(robot, data.get("path"), goalName(data.get("goal"), places))].join(" ");
+  return [position(robot, places), motion(robot, data.get("stop")?.stopped ? null : data.get("path"), goalName(data.get("goal"), places))].join(" ");
 }
 
 function position(robot, places) {

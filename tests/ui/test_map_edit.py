@@ -106,6 +106,20 @@ def test_a_place_gets_a_label_in_any_script(edited: Any) -> None:
 
 @pytest.mark.slow
 @needs_chromium
+@pytest.mark.parametrize(("button", "form"), [("zone-new", "zone-form"), ("rotate-start", "drawing-form")])
+def test_a_form_opens_with_its_buttons_in_sight(edited: Any, button: str, form: str) -> None:
+    with open_tab(edited.url, NO_GPU) as tab:
+        tab.resize(390, 844)
+        opened(tab)
+        tab.evaluate(f"document.getElementById('{button}').scrollIntoView({{ block: 'end' }})")
+        tab.evaluate(f"document.getElementById('{button}').click()")
+        shown = f"[document.getElementById('{form}'), panels].map((one) => one.getBoundingClientRect().bottom)"
+        lower_edge, visible = tab.evaluate(shown)
+        assert lower_edge <= visible + 1
+
+
+@pytest.mark.slow
+@needs_chromium
 def test_labels_are_shown_instead_of_names(edited: Any) -> None:
     with open_tab(edited.url, NO_GPU) as tab:
         opened(tab)

@@ -33,6 +33,7 @@ export class MapDrawing {
     $("stroke-back").hidden = kind !== "brush";
     this.choose(kind === "rotation" ? "look" : kind);
     this.show();
+    $("drawing-form").scrollIntoView({ block: "nearest" });
   }
 
   get open() { return this.kind !== ""; }

@@ -114,6 +114,7 @@ export class MapEdit {
     $("place-delete").hidden = !place.name;
     $("place-label").value = place.name ? title(place.name) : "";
     this.changed();
+    $("place-form").scrollIntoView({ block: "nearest" });   // its buttons, too, on a phone
   }
 
   savePlace() {
@@ -136,6 +137,7 @@ export class MapEdit {
     $("zone-delete").hidden = !zone.name;
     this.choose("corner");
     this.fieldsChanged();
+    $("zone-form").scrollIntoView({ block: "nearest" });
   }
 
   fieldsChanged() {

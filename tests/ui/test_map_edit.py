@@ -113,7 +113,9 @@ def test_a_form_opens_with_its_buttons_in_sight(edited: Any, button: str, form: 
         opened(tab)
         tab.evaluate(f"document.getElementById('{button}').scrollIntoView({{ block: 'end' }})")
         tab.evaluate(f"document.getElementById('{button}').click()")
-        shown = f"[document.getElementById('{form}'), panels].map((one) => one.getBoundingClientRect().bottom)"
+        shown = (
+            f"[document.getElementById('{form}'), panels].map((one) => one.getBoundingClientRect().bottom)"
+        )
         lower_edge, visible = tab.evaluate(shown)
         assert lower_edge <= visible + 1
 

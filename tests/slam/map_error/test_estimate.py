@@ -134,3 +134,9 @@ def test_a_map_of_a_few_returns_is_refused() -> None:
     scans = [RecordedScan(0.2 * k, ANGLES, blind if k else wall, pose, pose) for k, pose in enumerate(poses)]
     with pytest.raises(ScanError, match="too little of any wall"):
         estimate(Session.of(scans, [True] * len(scans), REACH, None), poses)
+
+
+def test_poses_whose_scans_were_lost_are_reported(two_laps) -> None:
+    poses, session = two_laps
+    with pytest.raises(ScanError, match=f"{len(poses)} poses has only {len(poses) - 1} scans"):
+        estimate(session.with_used(len(poses) - 1), poses)

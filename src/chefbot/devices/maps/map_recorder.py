@@ -191,7 +191,7 @@ class MapRecorderDevice(Device):
         try:
             estimate = content.error(sessions)
         except ScanError:
-            return  # the robot has hardly moved yet
+            return  # the robot has hardly moved yet, or scans were lost
         self.post(lambda: self._publish_error(error_grid(estimate)))
 
     def _publish_error(self, errors: Grid) -> None:

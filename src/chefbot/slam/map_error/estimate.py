@@ -89,7 +89,8 @@ def estimate_map_error(
 ) -> MapErrorEstimate:
     """Estimate the error of a map from its drives and the poses of their used scans.
 
-    range_offset: correction of all ranges, m. Raises ScanError for a map without motion or surfaces.
+    range_offset: correction of all ranges, m. Raises ScanError for a map without motion or surfaces, or one that
+    lacks scans.
     """
     if not sessions:
         raise ScanError("a map without its drives: its error cannot be estimated")

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from chefbot.errors import ScanError
 from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import SE2
 from chefbot.slam.graph.scan_features import ScanFeatures
@@ -54,7 +55,10 @@ class Keyframes:
 
 
 def select_keyframes(sessions: Sequence[Session], poses: Sequence[SE2], range_offset: float) -> Keyframes:
-    """Return the keyframes of a map's drives; poses: of all used scans; range_offset: correction of ranges, m."""
+    """Return the keyframes of a map's drives; poses: of all used scans; range_offset: correction of ranges, m.
+
+    Raises ScanError if there are fewer scans than poses, as when some were lost on their way.
+    """
     scans, lasers, limits, drive = [], [], [], []
     for number, session in enumerate(sessions):
         used = [scan for scan in session.scans() if len(scan.ranges)]
@@ -62,6 +66,8 @@ def select_keyframes(sessions: Sequence[Session], poses: Sequence[SE2], range_of
         lasers += [SE2.of(session.laser)] * len(used)
         limits += [session.range_max] * len(used)
         drive += [number] * len(used)
+    if len(scans) < len(poses):
+        raise ScanError(f"a map of {len(poses)} poses has only {len(scans)} scans")
     travel = _travel(poses)
     chosen = _evenly(travel, drive)
     n = len(chosen)

@@ -76,6 +76,8 @@ def test_the_page_reports_a_revoked_link() -> None:
     with open_tab(f"http://{NAME}:{port}/?token={token}", flags(port)) as tab:
         tab.wait_for(f"{UP} && document.body.dataset.role === 'waiter'")
         assert tab.evaluate("document.querySelector('[data-tab=drive]').textContent") == "Camera"
+        server.set_layer("status", StatusView(warnings=("Wire: messages are lost on /odom", "Battery: low")))
+        tab.wait_for("document.getElementById('warnings').textContent === 'Battery: low'")
         invitations.revoke("anna")
         tab.wait_for(f"document.body.textContent.includes({json.dumps(REVOKED)})")
         tab.wait_for(f"!({UP})")

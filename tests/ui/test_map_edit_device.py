@@ -114,6 +114,17 @@ def test_zones_have_the_numbers_of_their_kind_only(nodes: NodeRunner) -> None:
     assert (keep_out.preview, slow.preview) == (True, False)
 
 
+def test_a_zone_of_another_kind_gets_a_number_of_it(nodes: NodeRunner) -> None:
+    slow, same, named = edits(
+        nodes,
+        do.PutZone(CORNERS, "slow", speed=0.5, name="keep_out_1"),
+        do.PutZone(CORNERS, "keep_out", name="keep_out_1"),
+        do.PutZone(CORNERS, "slow", speed=0.5, name="stairs"),
+    )
+    found = [(edit.zones[0].name, edit.deleted_zones, edit.new) for edit in (slow, same, named)]
+    assert found == [("slow_1", ("keep_out_1",), True), ("keep_out_1", (), False), ("stairs", (), False)]
+
+
 def test_deletions_and_undo_are_passed_on(nodes: NodeRunner) -> None:
     place, zone, undo = edits(
         nodes, do.DeletePlace("table_1"), do.DeleteZone("keep_out_1"), do.UndoMapEdit(id="a")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import deque
 from functools import partial
 from itertools import count
@@ -9,7 +10,7 @@ from itertools import count
 from chefbot.maths.grid import FREE, OCCUPIED, UNKNOWN
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import MapEdit, MapEditResult, MapStroke, Place, Places
-from chefbot.msgs.chefbot_msgs.maps import MapZone, MapZones
+from chefbot.msgs.chefbot_msgs.maps import ZONE_TITLES, MapZone, MapZones
 from chefbot.msgs.geometry_msgs import Point
 from chefbot.runtime.node import In, Out
 from chefbot.ui import commands as do
@@ -70,7 +71,10 @@ class MapEditDevice(MappingDevice):
                 place = Place(name or self._new_place(kind), pose, label=label.strip())
                 edit = make_edit(places=(place,), new=not name, keep_poses=not moved)
             case do.PutZone(name=name, preview=preview):
-                edit = make_edit(zones=(self._zone(command),), new=not name, preview=preview)
+                zone = self._zone(command)
+                replaced = (name,) if name not in ("", zone.name) else ()
+                new = zone.name != name
+                edit = make_edit(zones=(zone,), deleted_zones=replaced, new=new, preview=preview)
             case do.DeletePlace(name):
                 edit = make_edit(deleted_places=(name,))
             case do.DeleteZone(name):
@@ -106,12 +110,15 @@ class MapEditDevice(MappingDevice):
         return next(name for number in count(1) if (name := f"{kind}_{number}") not in self._places)
 
     def _zone(self, command: do.PutZone) -> MapZone:
+        """Return the zone of a command; one that has a number of another kind gets one of its own kind."""
         corners = tuple(Point(x, y, 0.0) for x, y in command.corners)
         known = {zone.name for zone in self.zones.last.zones} if self.zones.last else set()
         new = next(name for number in count(1) if (name := f"{command.kind}_{number}") not in known)
         speed = command.speed if command.kind == "slow" else 0.0
         direction = command.direction if command.kind == "one_way" else 0.0
-        return MapZone(command.name or new, command.kind, corners, speed, direction)
+        numbered = re.fullmatch(rf"({'|'.join(ZONE_TITLES)})_\d+", command.name)
+        kept = command.name if numbered is None or numbered[1] == command.kind else ""
+        return MapZone(kept or new, command.kind, corners, speed, direction)
 
 
 def _strokes(strokes: list[list[tuple[float, float]]], width: float, value: int) -> tuple[MapStroke, ...]:

@@ -12,7 +12,8 @@ from chefbot.cli.page.users import invite_person, print_users, revoke_person
 from chefbot.devices.state_files import VARIABLE
 from chefbot.errors import ChefbotError, UserError
 from chefbot.ui.access.audit_log import AuditLog, Kind, audit_path
-from chefbot.ui.access.invitations import Invitations, write_address
+from chefbot.ui.access.invitations import Invitations
+from chefbot.ui.access.served_address import write_address
 from chefbot.ui.access.visitors import Visitor
 from chefbot.ui.qr import qr_code
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -20,7 +21,8 @@ from chefbot.devices import state_files
 from chefbot.errors import UserError
 from chefbot.storage.atomic_files import StorageError
 from chefbot.ui.access.identification import Identification
-from chefbot.ui.access.invitations import MAX_NAME, MAX_PEOPLE, Invitations, InvitedPerson, served_robots
+from chefbot.ui.access.invitations import MAX_NAME, MAX_PEOPLE, Invitations, InvitedPerson
+from chefbot.ui.access.served_address import LINK, served_robots, write_address
 from chefbot.ui.access.visitors import TokenKey, Visitor
 from chefbot.ui.commands import Cancel, OperatorCommand, Stop
 from chefbot.ui.server import REVOKED, WebUiServer
@@ -146,6 +148,19 @@ def test_the_file_contains_no_token_and_is_the_owners(folder: Path) -> None:
     assert invitations.path.is_relative_to(folder) and invitations.path.stat().st_mode & 0o077 == 0
     assert "anna" in text and token not in text
     assert served_robots() == [ROBOT]
+
+
+def test_a_link_is_the_owners_before_it_has_its_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    modes: dict[str, int] = {}
+    replace = os.replace
+
+    def note_mode(source: Path, target: Path) -> None:
+        modes[target.suffix] = source.stat().st_mode
+        replace(source, target)
+
+    monkeypatch.setattr(os, "replace", note_mode)
+    write_address(ROBOT, "http://192.168.1.7:8080/?token=secret")
+    assert modes[LINK] & 0o077 == 0
 
 
 @pytest.mark.parametrize("data", [b"", b"{}", b'[{"name": "anna"}]', b'[{"name": 1}]', b"\xff"])

@@ -20,7 +20,7 @@ from chefbot.devices.state_files import VARIABLE
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
 from chefbot.ui import protocol
-from chefbot.ui.access.invitations import own_token, write_address
+from chefbot.ui.access.served_address import own_token, write_address
 from chefbot.ui.commands import Drive, Goal, Stop
 from chefbot.ui.display.views import StatusView
 from chefbot.ui.remote import web_ui_client

@@ -46,9 +46,8 @@ def test_the_sentence_names_place_goal_distance_and_time(page: Any) -> None:
             shown = "(document.getElementById('where').click(), document.getElementById('where-text').textContent)"
             tab.wait_for(f"{shown} === '{sentence}'")
         page.server.set_layer("stop", StopView(stopped=True))
-        tab.wait_for(
-            "document.getElementById('where-text').textContent === ''"
-        )  # it was about another moment
+        # it was about another moment
+        tab.wait_for("document.getElementById('where-text').textContent === ''")
 
 
 def test_the_pose_of_a_place_is_chosen_from_a_list(page: Any) -> None:

@@ -11,13 +11,18 @@ from pathlib import Path
 
 from chefbot.errors import ChefbotError
 
+ANYONE, OWNER_ONLY = 0o666, 0o600
+"""Permissions of a file: who may read and write it."""
+
 
 class StorageError(ChefbotError):
     """A file or folder that cannot be written; the message holds the path and the system's reason."""
 
 
-def write_atomic(path: Path, data: bytes) -> None:
+def write_atomic(path: Path, data: bytes, mode: int = ANYONE) -> None:
     """Write `data` to `path` atomically and durably; after a failure the old content is still there.
+
+    mode: permissions of the file, less those that the umask takes.
 
     A symbolic link is followed. A device or a pipe is written to directly, as a rename would replace it by a
     file. StorageError with the reason, e.g. a full disk.
@@ -27,7 +32,7 @@ def write_atomic(path: Path, data: bytes) -> None:
             path.write_bytes(data)
             return
         target = resolve_path(path)
-        rename_all([(write_temporary(target, data), target)])
+        rename_all([(write_temporary(target, data, mode=mode), target)])
 
 
 @contextmanager
@@ -66,13 +71,13 @@ def folder_for_results(folder: Path) -> Iterator[None]:
         raise
 
 
-def write_temporary(target: Path, data: bytes, number: int = 0) -> Path:
+def write_temporary(target: Path, data: bytes, number: int = 0, mode: int = ANYONE) -> Path:
     """Write a temporary file in the folder of `target` and sync it to disk; it is removed on failure."""
     writer = f"{os.getpid()}.{threading.get_ident()}.{number}"
     temporary = target.with_name(f".{target.name}.{writer}.tmp")
     temporary.unlink(missing_ok=True)  # left by a dead process with the same PID
     try:
-        handle = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
+        handle = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode)
         try:
             remaining = memoryview(data)
             while remaining:

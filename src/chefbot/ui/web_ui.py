@@ -28,11 +28,11 @@ from chefbot.msgs.std_msgs import Bool, Empty, String
 from chefbot.robot.motion_limits import max_speed, max_turn
 from chefbot.runtime.node import In, Out, every, topic
 from chefbot.scan.color_image import rgb_pixels
-from chefbot.storage.atomic_files import StorageError
 from chefbot.storage.delivery_history import RecordedRound
 from chefbot.ui import commands as do
-from chefbot.ui.access.invitations import Invitations, write_address
+from chefbot.ui.access.invitations import Invitations
 from chefbot.ui.access.page_access import announcement
+from chefbot.ui.access.served_address import keep_address
 from chefbot.ui.access.tls import load_tls
 from chefbot.ui.delivery_view import activity, delivery_view, forecast_views, is_errand, validate_command
 from chefbot.ui.display import views
@@ -138,15 +138,8 @@ class WebUiDevice(NavigationDevice):
         self.url = self._server.start()
         self.announcement = announcement(self._server, self.params, self.url, invitations)
         if self._server.requires_token:
-            self._note_address()
+            keep_address(self.robot.name, self.url, self._warn)
         self.qr_code = qr_code(self.url) if self._server.requires_token else ""
-
-    def _note_address(self) -> None:
-        """Keep the address for the links of people who are invited."""
-        try:
-            write_address(self.robot.name, self.url)
-        except StorageError as error:
-            self._warn(str(error))
 
     def stop(self) -> None:
         """Stop the server and free its port."""

@@ -13,8 +13,9 @@ from chefbot.errors import UserError, name_hint
 from chefbot.robot.load import load_robot
 from chefbot.ui.access.addresses import own_address
 from chefbot.ui.access.audit_log import audit_path, read_entries
-from chefbot.ui.access.invitations import Invitations, page_folder, read_address, served_robots
+from chefbot.ui.access.invitations import Invitations, page_folder
 from chefbot.ui.access.roles import ROLES
+from chefbot.ui.access.served_address import read_address, served_robots
 from chefbot.ui.qr import qr_code
 
 DEFAULT_PORT = 8080

@@ -7,29 +7,25 @@ from __future__ import annotations
 
 import hashlib
 import hmac
-import ipaddress
 import secrets
 import unicodedata
 from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
-from urllib.parse import parse_qs, urlsplit
 
 import msgspec
 
 from chefbot.devices.state_files import state_folder
 from chefbot.errors import UserError, name_hint
-from chefbot.storage.atomic_files import StorageError, make_folder, write_atomic
+from chefbot.storage.atomic_files import OWNER_ONLY, StorageError, make_folder, write_atomic
 from chefbot.ui.access.visitors import Role, Visitor
 
 TOKEN_BYTES = 16
 """Random bytes of a token."""
 MAX_NAME, MAX_PEOPLE = 40, 200
 """Maximum length of a name, characters, and maximum number of persons."""
-ADDRESS = ".address"
-"""Ending of the file with the address at which a robot was served to a network last."""
-LINK = ".link"
-"""Ending of the file with that address and the token of its launch."""
+PEOPLE = ".people.json"
+"""Ending of the file with the persons who are invited to a robot's web UI."""
 
 
 def _ignore(_: str) -> None:
@@ -53,7 +49,7 @@ class Invitations:
 
     def __init__(self, robot: str, warn: Callable[[str], None] = _ignore) -> None:
         self.robot, self.warn = robot, warn
-        self.path = page_folder() / f"{robot}.people.json"
+        self.path = page_folder() / f"{robot}{PEOPLE}"
         self._version: tuple[int, int] | None = None
         self._people: tuple[InvitedPerson, ...] = ()
 
@@ -102,7 +98,7 @@ class Invitations:
         return None
 
     def _write(self, people: tuple[InvitedPerson, ...]) -> None:
-        _write_file(self.path, msgspec.json.format(msgspec.json.encode(people)) + b"\n")
+        write_private(self.path, msgspec.json.format(msgspec.json.encode(people)) + b"\n")
 
 
 def page_folder() -> Path:
@@ -120,48 +116,10 @@ def checked_name(name: str) -> str:
     return name
 
 
-def write_address(robot: str, link: str) -> None:
-    """Record the address at which a robot's web UI is served to the network: without its token for invitations, and
-    with it for programs of the same user on this computer."""
-    _write_file(page_folder() / f"{robot}{ADDRESS}", link.partition("?")[0].encode())
-    _write_file(page_folder() / f"{robot}{LINK}", link.encode())
-
-
-def read_address(robot: str) -> str:
-    """Return the address at which a robot was served to a network last; empty if it never was."""
-    try:
-        return (page_folder() / f"{robot}{ADDRESS}").read_text()
-    except FileNotFoundError:
-        return ""
-
-
-def own_token(host: str, port: int) -> str:
-    """Return the token of the web UI that this user has served to the network at a host of this computer and a port
-    last; empty if there was none."""
-    links = sorted(page_folder().glob(f"*{LINK}"), key=lambda path: path.stat().st_mtime, reverse=True)
-    for parts in map(urlsplit, (path.read_text() for path in links)):
-        if parts.port == port and (host == parts.hostname or _is_loopback(host)):
-            return parse_qs(parts.query).get("token", [""])[0]
-    return ""
-
-
-def _is_loopback(host: str) -> bool:
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return host == "localhost"
-
-
-def served_robots() -> list[str]:
-    """Return the names of this computer's robots that were served to a network, or to which somebody is invited."""
-    files = (path.name for path in page_folder().glob("*.*"))
-    return sorted({name.partition(".")[0] for name in files if name.endswith((ADDRESS, ".people.json"))})
-
-
-def _write_file(path: Path, data: bytes) -> None:
+def write_private(path: Path, data: bytes) -> None:
+    """Write a file that only its owner can read, at any moment. Raises StorageError."""
     make_folder(path.parent)
-    write_atomic(path, data)
-    path.chmod(0o600)  # names of persons: for the owner only
+    write_atomic(path, data, OWNER_ONLY)
 
 
 def _hash(token: str) -> str:

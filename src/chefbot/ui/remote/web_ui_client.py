@@ -16,7 +16,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus, WebSocketExce
 
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
-from chefbot.ui.access.invitations import own_token
+from chefbot.ui.access.served_address import own_token
 from chefbot.ui.access.tls import client_context
 from chefbot.ui.commands import OperatorCommand
 from chefbot.ui.protocol import PieceAssembler

@@ -14,7 +14,7 @@ from chefbot.delivery.status_messages import QUEUE_CHANGED, ROUTES_NOT_KNOWN
 from chefbot.errors import UserError
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.msgs.chefbot_msgs import BatteryStatus, MapZone, MapZones, Order, Place, Places, RoundForecast
-from chefbot.msgs.chefbot_msgs.maps import KEEP_OUT
+from chefbot.msgs.chefbot_msgs.maps import KEEP_OUT, ONE_WAY
 from chefbot.msgs.geometry_msgs import Point, Pose, PoseStamped, TransformStamped
 from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.std_msgs import Empty, Header, String
@@ -148,6 +148,22 @@ def test_a_table_in_a_keep_out_zone_has_no_path() -> None:
     corners = tuple(Point(x, y) for x, y in ((8.0, 1.0), (10.0, 1.0), (10.0, 3.0), (8.0, 3.0)))
     restaurant.publish("zones", MapZones(PLAIN, (MapZone("guests", KEEP_OUT, corners),)))
     assert [stop.reachable for stop in restaurant.forecast.stops] == [True, False, True]
+
+
+def test_a_table_behind_a_lane_has_no_path_and_is_named() -> None:
+    restaurant = Restaurant()
+    corners = tuple(Point(x, y) for x, y in ((7.0, -0.1), (8.0, -0.1), (8.0, 4.1), (7.0, 4.1)))
+    to_the_kitchen = MapZone("lane", ONE_WAY, corners, direction=math.pi)
+    restaurant.publish("zones", MapZones(PLAIN, (to_the_kitchen,)))
+    for _ in range(2):  # a request that was not acknowledged is repeated
+        restaurant.order("table_5", "table_9", "12")
+    assert restaurant.notices() == ["No path on the map to: table 9 and table 12. The order is kept."]
+    restaurant.until("loading", "kitchen")
+    restaurant.put("kitchen")
+    assert [stop.reachable for stop in restaurant.forecast.stops] == [True, False, False, True]
+    away_from_the_kitchen = MapZone("lane", ONE_WAY, corners)
+    restaurant.publish("zones", MapZones(PLAIN, (away_from_the_kitchen,)))
+    assert [stop.reachable for stop in restaurant.forecast.stops] == [True, True, True, False], "no way home"
 
 
 def test_without_a_map_there_is_no_forecast() -> None:

@@ -1,4 +1,4 @@
-"""Lengths of routes: around walls, never shorter than the straight line, and estimated beyond the map."""
+"""Lengths of routes: around walls, along lanes, never below the straight line, and estimated beyond the map."""
 
 from __future__ import annotations
 
@@ -6,17 +6,20 @@ import numpy as np
 import pytest
 from tests.planning.rooms import RESOLUTION, two_rooms
 
-from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
 from chefbot.maths.grid import Grid
-from chefbot.maths.se2 import SE2
+from chefbot.maths.se2 import IDENTITY, SE2
+from chefbot.msgs.chefbot_msgs.maps import ONE_WAY, MapZone, MapZones
+from chefbot.msgs.geometry_msgs import Point
+from chefbot.nodes.navigation.costmap_layers import make_costmap
 from chefbot.planning.route_lengths import DETOUR, RouteLengths
 from chefbot.robot.load import load_robot
 
 
-def routes(grid: Grid) -> RouteLengths:
-    costs = LayeredCostmap(CostmapParams(), load_robot("chefbot_lidar").footprint, avoid_unknown=False)
+def routes(grid: Grid, *zones: MapZone) -> RouteLengths:
+    costs = make_costmap(CostmapParams(), load_robot("chefbot_lidar"), rolling=False)
     costs.set_static(grid)
+    costs.process(MapZones(zones=zones), IDENTITY)
     return RouteLengths(costs.update())
 
 
@@ -51,3 +54,22 @@ def test_tables_are_kept_and_forgotten() -> None:
     kept = lengths.table(pose)
     lengths.forget(pose)
     assert lengths.table(pose) is not kept and RESOLUTION == 0.05
+
+
+def lane(x: float, y: float, direction: float) -> MapZone:
+    """A lane of 0.4 m about a point, across the door."""
+    corners = ((x - 0.2, y - 1.0), (x + 0.2, y - 1.0), (x + 0.2, y + 1.0), (x - 0.2, y + 1.0))
+    return MapZone("lane", ONE_WAY, tuple(Point(*corner, 0.0) for corner in corners), direction=direction)
+
+
+def test_a_lane_through_the_only_door_has_a_length_one_way() -> None:
+    free, along = routes(two_rooms(door=1.2)), routes(two_rooms(door=1.2), lane(4.0, 2.0, 0.0))
+    west, east = SE2(2.0, 2.0, 0.0), SE2(6.0, 2.0, 0.0)
+    assert along.path_length(west, east) == free.path_length(west, east)
+    assert along.path_length(east, west) == np.inf != free.path_length(east, west)
+    assert along.has_path(west, east) and along.has_path_to(east, west)
+    assert not along.has_path(east, west) and not along.has_path_to(west, east)
+    assert along.between(west, east) == free.between(west, east)
+    assert along.between(east, west) == DETOUR * east.distance(west)
+    along.forget(east)
+    assert along.between(west, east) == free.between(west, east), "the table is made again"

@@ -33,7 +33,7 @@ def test_all_kinds_are_read_in_si_units(tmp_path: Path) -> None:
     stairs, ramp, _, door = loaded.zones
     assert stairs.array.tolist() == [[1.0, 2.0], [3.0, 2.0], [3.0, 4.0]]
     assert (ramp.speed, door.direction) == (0.15, pytest.approx(math.pi / 2.0))
-    assert (stairs.title, door.title) == ("keep-out zone stairs", "one-way lane door_in")
+    assert (stairs.title, door.title) == ("keep-out zone stairs", "one-way lane door in")
     assert (tmp_path / "hotel.zones.yaml").exists()
 
 

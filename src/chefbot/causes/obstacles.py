@@ -57,7 +57,7 @@ def blocked_index(costs: Costmap, path: NDArray[np.float64]) -> int | None:
 
 
 def opposed_lane(costs: Costmap, path: NDArray[np.float64]) -> str:
-    """Return the name of the first one-way lane against which a path (n, 3) leads, empty if there is none."""
+    """Return the title of the first one-way lane against which a path (n, 3) leads, empty if there is none."""
     if not costs.lanes.names or len(path) < 2:
         return ""
     rows = np.floor((path[:-1, 1] - costs.origin_y) / costs.resolution).astype(np.int64)

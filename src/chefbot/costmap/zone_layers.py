@@ -133,4 +133,4 @@ class OneWayLayer(ZoneLayer):
             number[cells_inside(polygon, costs.geometry)] = i + 1
         yaws = np.array([zone.direction + self._frame.yaw for zone in self._zones])
         directions = np.vstack([np.zeros((1, 2)), np.column_stack([np.cos(yaws), np.sin(yaws)])])
-        costs.lanes = OneWayLanes(number, directions, tuple(zone.name for zone in self._zones))
+        costs.lanes = OneWayLanes(number, directions, tuple(zone.title for zone in self._zones))

@@ -28,6 +28,7 @@ NOTHING_LEFT = "The round has no table left to serve."
 ERRAND_ENDED = "The drive was ended."
 ROUND_WAITS, ORDER_WAITS = "The round waits. Choose:", "An order waits. Choose:"
 NO_PLACE = "The order names no place."
+NO_PATH = "No path on the map to: {}. The order is kept."
 LOW_BATTERY = "The battery is low."
 PARKING = "The battery is too low for the drive home; the robot parks."
 PARKED = "Parked with a low battery. Charge it, then send the robot home."
@@ -92,7 +93,7 @@ def take(status: DeliveryStatus) -> str:
 
 def for_guest(status: DeliveryStatus) -> str:
     """Return the message for a guest, who has nothing to press."""
-    if status.hold_reason == "choice":
+    if status.hold_reason == "choice" or status.state == "failed":
         return "The robot waits. Please call the staff."
     if status.state == "waiting":
         return f"{_food_here(status)} Please take it."
@@ -111,8 +112,11 @@ def not_reached(place: str, why: str) -> str:
 
 
 def stopped(status: DeliveryStatus) -> str:
-    """Return the message of a round during an emergency stop."""
-    return f"The emergency stop is active. The round is kept: {display_name(status.place)} is next."
+    """Return the message of a round during an emergency stop; the guest at a table may take the food meanwhile."""
+    there = status.state in ("loading", "waiting", "unloading")
+    place = display_name(status.place)
+    where = f"the robot is at {place}" if there else f"{place} is next"
+    return f"The emergency stop is active. The round is kept: {where}."
 
 
 def choose(status: DeliveryStatus, reason: str) -> str:

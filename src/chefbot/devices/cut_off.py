@@ -1,60 +1,65 @@
-"""Which places the robot can no longer reach after a change of the map or its keep-out zones."""
+"""Which places the robot can no longer reach, or not come back from, after a change of the map or its zones."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import NamedTuple
-
-import numpy as np
 
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
 from chefbot.maths.costs import INSCRIBED, LETHAL
-from chefbot.maths.grid import OCCUPIED, Grid
-from chefbot.maths.polygon import GridGeometry, cells_touched
-from chefbot.maths.se2 import SE2
-from chefbot.msgs.chefbot_msgs.maps import KEEP_OUT, MapZone
+from chefbot.maths.grid import Grid
+from chefbot.maths.se2 import IDENTITY, SE2
+from chefbot.msgs.chefbot_msgs.maps import MapZone, MapZones
+from chefbot.nodes.navigation.costmap_layers import make_costmap
 from chefbot.planning.route_lengths import RouteLengths
 from chefbot.robot.spec import Robot
 
 
 class Walls(NamedTuple):
-    """What closes paths: the map, and its keep-out zones; the other zones make no place unreachable."""
+    """What closes paths: the map and its keep-out zones, and its one-way lanes in one direction."""
 
     grid: Grid
-    zones: Iterable[MapZone]
+    zones: tuple[MapZone, ...]
 
 
-def cut_off(robot: Robot, start: SE2, places: Mapping[str, SE2], before: Walls, after: Walls) -> list[str]:
-    """Return the places that the planner reaches from `start` as it was before, but not after; in the map frame."""
-    could = reachable(before.grid, robot, start, places, before.zones)
-    can = reachable(after.grid, robot, start, places, after.zones)
-    return [name for name in places if name in could - can]
+class Reach(NamedTuple):
+    """Names of the places to which there is a path from the robot, and of those from which there is one to it."""
+
+    there: set[str]
+    back: set[str]
 
 
-def reachable(
-    grid: Grid, robot: Robot, start: SE2, places: Mapping[str, SE2], zones: Iterable[MapZone]
-) -> set[str]:
-    """Return the places that the planner reaches from `start` on the map with keep-out zones."""
-    costs = LayeredCostmap(CostmapParams(), robot.footprint, avoid_unknown=robot.sensors.forward_sensing_only)
-    costs.set_static(_with_keep_out(grid, zones))
+class CutOff(NamedTuple):
+    """Names of the places that are no longer reached, and of those that are, but without a path back."""
+
+    no_path: list[str]
+    no_path_back: list[str]
+
+
+def cut_off(robot: Robot, start: SE2, places: Mapping[str, SE2], before: Walls, after: Walls) -> CutOff:
+    """Return the places that a change of the map cuts off from `start`; in the map frame."""
+    could, can = reach(before, robot, start, places), reach(after, robot, start, places)
+    no_path = could.there - can.there
+    no_path_back = (could.back - can.back) & can.there
+    return CutOff(*([name for name in places if name in lost] for lost in (no_path, no_path_back)))
+
+
+def reach(walls: Walls, robot: Robot, start: SE2, places: Mapping[str, SE2]) -> Reach:
+    """Return the places that the planner reaches from `start`, and those from which it reaches `start`."""
+    costs = make_costmap(CostmapParams(), robot, rolling=False)
+    costs.set_static(walls.grid)
+    costs.process(MapZones(zones=walls.zones), IDENTITY)
     routes = RouteLengths(costs.update())
-    return {name for name, pose in places.items() if routes.has_path(start, pose)}
+    return Reach(
+        {name for name, pose in places.items() if routes.has_path(start, pose)},
+        {name for name, pose in places.items() if routes.has_path_to(start, pose)},
+    )
 
 
-def without_room(walls: Walls, robot: Robot, poses: Mapping[str, SE2]) -> set[str]:
-    """Return the poses at which the robot's inscribed circle touches a wall or a keep-out zone of the map."""
+def without_room(grid: Grid, robot: Robot, poses: Mapping[str, SE2]) -> set[str]:
+    """Return the poses at which the robot's inscribed circle touches a wall of the map."""
     costs = LayeredCostmap(CostmapParams(), robot.footprint)
-    costs.set_static(_with_keep_out(walls.grid, walls.zones))
+    costs.set_static(grid)
     costmap = costs.update()
     return {name for name, pose in poses.items() if INSCRIBED <= costmap.at(pose.x, pose.y) <= LETHAL}
-
-
-def _with_keep_out(grid: Grid, zones: Iterable[MapZone]) -> Grid:
-    """Return the map with the keep-out zones as walls."""
-    cells = np.array(grid.cells)
-    geometry = GridGeometry(grid.resolution, grid.origin_x, grid.origin_y, grid.height, grid.width)
-    for zone in zones:
-        if zone.kind == KEEP_OUT:
-            cells[cells_touched(zone.array, geometry)] = OCCUPIED
-    return Grid(cells, grid.resolution, grid.origin_x, grid.origin_y)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,12 @@ class OneWayLanes:
     number: NDArray[np.uint8]
     directions: NDArray[np.float64]
     names: tuple[str, ...] = ()
-    """Names of the lanes 1 to n."""
+    """Titles of the lanes 1 to n, such as "one-way lane door"."""
+
+    @property
+    def reversed(self) -> OneWayLanes:
+        """The lanes in the opposite directions: a search over them from a pose finds the paths to it."""
+        return replace(self, directions=-self.directions)
 
     def against(
         self, rows: NDArray[np.int64], columns: NDArray[np.int64], step: NDArray[np.float64]

@@ -69,8 +69,11 @@ class DeliveryNode(DeliveryForecastNode):
     def on_order(self, order: msgs.Order) -> None:
         """Accept an order and publish the status even if unchanged, as a repeated request was not acknowledged."""
         self._published_status = None
+        is_new = not order.id or order.id not in self._round.status.accepted
         self._round.order(order)
         self._update_drive()
+        if is_new:
+            self._warn_of_cut_off(order.places)
 
     def on_loaded(self, _: Empty) -> None:
         """Leave the kitchen: the food is on the tray."""

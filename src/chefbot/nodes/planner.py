@@ -87,8 +87,8 @@ class PlannerNode(BlockageFinderNode):
             poses = checked_path(self._find_path(robot, start, target), self.params.plugin)
         except PlanningError as error:
             code = ERROR_CODES[error.failure]
-            self.report_failure(error, self._planner, start, target)
-            return ComputePathToPose_Result(error_code=code, error_msg=str(error))
+            reason = self.report_failure(error, self._planner, start, target)
+            return ComputePathToPose_Result(error_code=code, error_msg=reason)
         path = Path.of(Header.of(self.now_ns, "map"), poses)
         self.plan.publish(path)
         self.report_plan(poses, self._planner, target, robot)

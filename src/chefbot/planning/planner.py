@@ -18,16 +18,21 @@ class PlanningFailure(Enum):
 
     START_OUTSIDE_MAP = "the start lies outside the map"
     GOAL_OUTSIDE_MAP = "the goal lies outside the map"
-    START_OCCUPIED = "the robot stands inside an obstacle and no free cell is near enough to escape to"
-    GOAL_OCCUPIED = "the goal and everything within tolerance of it is occupied or unknown"
-    NO_VALID_PATH = "no path leads from the start to the goal or to anything within tolerance of it"
+    START_OCCUPIED = "the robot stands inside an obstacle, and nothing near it is free"
+    GOAL_OCCUPIED = "the goal and everything near it is occupied or unknown"
+    NO_VALID_PATH = "no path leads to the goal"
+
+
+OUTSIDE_MAP = (PlanningFailure.START_OUTSIDE_MAP, PlanningFailure.GOAL_OUTSIDE_MAP)
+"""Failures whose message contains the position: it is not visible on the map."""
 
 
 class PlanningError(ChefbotError):
-    """Raised when no path was found; `failure` is the reason, the message contains the position."""
+    """Raised when no path was found; `failure` is the reason."""
 
     def __init__(self, failure: PlanningFailure, where: SE2) -> None:
-        super().__init__(f"{failure.value} (at x {where.x:.2f} m, y {where.y:.2f} m)")
+        position = f" (at x {where.x:.2f} m, y {where.y:.2f} m)" if failure in OUTSIDE_MAP else ""
+        super().__init__(f"{failure.value}{position}")
         self.failure = failure
 
 

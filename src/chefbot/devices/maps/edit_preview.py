@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 
-from chefbot.devices.cut_off import Walls, cut_off, reachable, without_room
+from chefbot.devices.cut_off import Walls, cut_off, reach, without_room
 from chefbot.devices.maps.map_content import MapChange, MapContent
 from chefbot.maths.polygon import contains
 from chefbot.maths.se2 import SE2
@@ -14,6 +14,7 @@ from chefbot.robot.spec import Robot
 from chefbot.zones.contradictions import check_zones
 
 NO_PATH = "No path from the robot to: {}."
+NO_PATH_BACK = "No path back to the robot from: {}."
 NO_ROOM = "Too near to a wall for the robot: {}."
 
 
@@ -45,8 +46,10 @@ def _effects_on_paths(robot: Robot, change: MapChange, start: SE2, reported: str
         return
     walls = (Walls(before.grid, before.zones), Walls(after.grid, after.zones))
     lost = cut_off(robot, start, after.poses(), *walls)
-    if outside := [name for name in lost if f" {name} " not in reported]:
+    if outside := [name for name in lost.no_path if f" {name} " not in reported]:
         yield NO_PATH.format(_titles(outside, after))
+    if lost.no_path_back:
+        yield NO_PATH_BACK.format(_titles(lost.no_path_back, after))
     if narrow := sorted(_new_without_room(robot, change, after.poses()) - set(outside)):
         yield NO_ROOM.format(_titles(narrow, after))
 
@@ -56,10 +59,14 @@ def _new_places_out_of_reach(robot: Robot, change: MapChange, start: SE2) -> Ite
     before, after = change
     known = before.poses()
     changed = {name: pose for name, pose in after.poses().items() if known.get(name) != pose}
-    found = reachable(after.grid, robot, start, changed, after.zones) if changed else set()
-    if apart := [name for name in changed if name not in found]:
+    if not changed:
+        return
+    found = reach(Walls(after.grid, after.zones), robot, start, changed)
+    if apart := [name for name in changed if name not in found.there]:
         yield NO_PATH.format(_titles(apart, after))
-    if narrow := sorted(without_room(Walls(after.grid, ()), robot, changed) & found):
+    if stuck := [name for name in changed if name in found.there - found.back]:
+        yield NO_PATH_BACK.format(_titles(stuck, after))
+    if narrow := sorted(without_room(after.grid, robot, changed) & found.there):
         yield NO_ROOM.format(_titles(narrow, after))
 
 
@@ -72,5 +79,5 @@ def _new_without_room(robot: Robot, change: MapChange, poses: Mapping[str, SE2])
     before, after = change
     if after.grid is before.grid:
         return set()
-    changed = without_room(Walls(after.grid, ()), robot, poses)
-    return changed - without_room(Walls(before.grid, ()), robot, poses)
+    changed = without_room(after.grid, robot, poses)
+    return changed - without_room(before.grid, robot, poses)

@@ -71,7 +71,8 @@ class MapZone(Message, frozen=True, eq=False):
     @property
     def title(self) -> str:
         """Kind and name in words, such as "keep-out zone stairs", or "keep-out zone 1" for keep_out_1."""
-        return f"{ZONE_TITLES.get(self.kind, 'zone')} {self.name.removeprefix(f'{self.kind}_')}"
+        name = self.name.removeprefix(f"{self.kind}_").replace("_", " ")
+        return f"{ZONE_TITLES.get(self.kind, 'zone')} {name}"
 
     @property
     def array(self) -> NDArray[np.float64]:

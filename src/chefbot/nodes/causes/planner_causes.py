@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from chefbot.causes.detours import MIN_DEVIATION, SAME_GOAL_DISTANCE, DetourDetector, NewGoals
 from chefbot.causes.obstacles import CellCentre, blocked_index, nearest_lethal, opposed_lane
-from chefbot.causes.reports import DETOUR, FAILURE, is_zone, make_report
+from chefbot.causes.reports import DETOUR, FAILURE, MAP, MarkedPlace, is_zone, make_report
 from chefbot.maths.costs import Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import Quantity
@@ -73,8 +73,8 @@ class PlannerCausesNode(GlobalCostmapNode, CauseReportsNode):
             self.report_once(make_report(DETOUR, "goal occupied", sentence, place, numbers))
         return sentence
 
-    def report_failure(self, error: PlanningError, planner: Planner, start: SE2, goal: SE2) -> None:
-        """Report that there is no plan, and the obstacle that closes the path or covers the goal."""
+    def report_failure(self, error: PlanningError, planner: Planner, start: SE2, goal: SE2) -> str:
+        """Report that there is no plan, and what closes the path or covers the goal; return the reason."""
         costs = self._costs.update()
         at = goal if error.failure is PlanningFailure.GOAL_OCCUPIED else start
         cell, lane = nearest_lethal(costs, at.x, at.y), ""
@@ -84,10 +84,9 @@ class PlannerCausesNode(GlobalCostmapNode, CauseReportsNode):
         elif error.failure not in (PlanningFailure.GOAL_OCCUPIED, PlanningFailure.START_OCCUPIED):
             cell = None
         place = marked_place(self._costs, cell, "map", self.robot)
-        sentence = f"{str(error)[0].upper()}{str(error)[1:]}."
-        if place is None and lane:
-            sentence += f" The one-way lane {lane} leads in the opposite direction."
-        self.report_once(make_report(FAILURE, "global plan", sentence, place))
+        reason = f"{error}{_because(place, lane)}"
+        self.report_once(make_report(FAILURE, "global plan", f"{reason[0].upper()}{reason[1:]}.", place))
+        return reason
 
     def _report_zone_detour(
         self, plan: NDArray[np.float64], planner: Planner, costs: Costmap, robot: SE2, goal: SE2
@@ -102,7 +101,7 @@ class PlannerCausesNode(GlobalCostmapNode, CauseReportsNode):
         lane = opposed_lane(costs, path)
         if place is None and not lane:
             return
-        title = f"one-way lane {lane}" if place is None else place.sensor
+        title = lane if place is None else place.sensor
         sentence = f"The plan is {extra:.1f} m longer because of the {title}."
         numbers = (Quantity("extra length", extra, "m"),)
         self.report_once(make_report(DETOUR, "global plan", sentence, place, numbers))
@@ -113,6 +112,15 @@ class PlannerCausesNode(GlobalCostmapNode, CauseReportsNode):
             return planner.plan(self._costs.static_costs(), start, goal)
         except PlanningError:
             return np.zeros((0, 3))
+
+
+def _because(place: MarkedPlace | None, lane: str) -> str:
+    """Return what closes the path or covers the goal as the end of a sentence; empty for a wall of the map."""
+    if place is None:
+        return f" because of the {lane}" if lane else ""
+    if place.sensor == MAP:
+        return ""
+    return f" because of the {place.sensor}" if is_zone(place.sensor) else " because of an obstacle"
 
 
 def _first_obstacle(costs: Costmap, path: NDArray[np.float64]) -> CellCentre | None:

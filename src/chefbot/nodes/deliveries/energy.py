@@ -45,7 +45,7 @@ class DeliveryEnergyNode(Node):
         self._routes = self._parking = None
 
     def on_zones(self, _: MapZones) -> None:
-        """Measure the routes again on the next request: keep-out zones close some."""
+        """Measure the routes again on the next request: keep-out zones and one-way lanes close some."""
         self._routes = None
 
     def on_places(self, _: Places) -> None:
@@ -68,7 +68,7 @@ class DeliveryEnergyNode(Node):
     def _map_has_path(self, place: PoseStamped) -> bool:
         """Return whether the map shows a path from the robot to a place, or True without a map or a pose."""
         routes, robot = self._route_lengths(), self._robot_pose()
-        return routes is None or robot is None or routes.has_path(place.pose.se2, robot)
+        return routes is None or robot is None or routes.has_path_to(place.pose.se2, robot)
 
     def _parking_place(self) -> tuple[PoseStamped, float] | None:
         """Return the nearest place to park and the length of the path to it, m."""

@@ -11,10 +11,11 @@ from chefbot.delivery.round_forecast import DriveTimes, Pace, StopTimes, forecas
 from chefbot.delivery.round_outcome import OrderError
 from chefbot.delivery.shortest_order import MAX_STOPS, shortest_order
 from chefbot.design.sizing.energy_budget import usable_energy
+from chefbot.errors import UserError
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, MapZones, RoundForecast
 from chefbot.msgs.nav_msgs import OccupancyGrid
-from chefbot.msgs.std_msgs import Header
+from chefbot.msgs.std_msgs import Header, String
 from chefbot.nodes.battery_monitor import prior_consumption
 from chefbot.nodes.deliveries.round import DeliveryRoundNode
 from chefbot.planning.route_lengths import RouteLengths
@@ -98,6 +99,21 @@ class DeliveryForecastNode(DeliveryRoundNode):
         if (start, end) not in self._lengths:
             self._lengths[start, end] = routes.path_length(start, end)
         return self._lengths[start, end]
+
+    def _warn_of_cut_off(self, names: tuple[str, ...]) -> None:
+        """Publish a notice if the map shows no path from the kitchen to some places of a new order."""
+        routes, poses = self._route_lengths(), self._poses()
+        kitchen = poses.get(self.params.kitchen)
+        try:
+            places = self._resolve(names)
+        except UserError:
+            return  # reported when the order begins
+        if routes is None or kitchen is None:
+            return
+        start = kitchen.pose.se2
+        lost = [place for place in places if not routes.has_path_to(poses[place].pose.se2, start)]
+        if lost:
+            self.notice.publish(String(status_messages.NO_PATH.format(status_messages.join_names(lost))))
 
     @property
     def _pace(self) -> Pace:

@@ -38,7 +38,7 @@ def test_rounds_are_printed_with_what_became_of_each_table(
 
 def test_a_table_of_any_name_is_a_line_of_the_csv_file(history: DeliveryHistory, tmp_path: Path) -> None:
     names = ('the "big", round one', "Küche\nunten", "=1+1")
-    number = history.begin("a", "anna", names, simulated=False)
+    number = history.begin("a", "anna", names, {"=1+1": "Bar"}, simulated=False)
     for name in names:
         history.note_stop(number, name, f"{name}; taken")
     target = tmp_path / "out" / "rounds.csv"
@@ -46,9 +46,8 @@ def test_a_table_of_any_name_is_a_line_of_the_csv_file(history: DeliveryHistory,
     with target.open(newline="", encoding="utf-8") as file:
         head, *rows = csv.reader(file)
     assert tuple(head) == COLUMNS
-    assert [row[5] for row in rows] == list(names) and [row[6] for row in rows] == [
-        f"{n}; taken" for n in names
-    ]
+    assert [row[5] for row in rows] == list(names) and [row[6] for row in rows] == ["", "", "Bar"]
+    assert [row[7] for row in rows] == [f"{name}; taken" for name in names]
 
 
 def test_a_robot_without_history_is_reported_in_one_sentence(

@@ -13,7 +13,7 @@ from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, Errand, Order
 from chefbot.storage.delivery_history import DeliveryHistory, RecordedRound
 from chefbot.storage.history_file import utc_now
-from chefbot.ui.missions.round_recorder import NOT_SERVED, TAKEN, RoundRecorder
+from chefbot.ui.missions.round_recorder import CANCELLED, NOT_SERVED, TAKEN, RoundRecorder
 
 
 class Recorded:
@@ -143,7 +143,7 @@ def test_orders_that_wait_are_recorded_with_what_became_of_them(one: Recorded) -
     one.restart()
     one.do(lambda: one.round.change_queue("b", ("table_3",)), lambda: one.round.withdraw("c"))
     assert [stop.place for stop in one.rounds[1].stops] == ["table_3"]
-    assert one.rounds[2].outcome == ORDER_CANCELLED and one.outcomes[-1] == ("table_4", NOT_SERVED)
+    assert one.rounds[2].outcome == ORDER_CANCELLED and one.outcomes[-1] == ("table_4", CANCELLED)
     one.do(lambda: one.round.withdraw("a"))
     assert len(one.rounds) == 3 and not one.rounds[1].ended, "the second one has begun"
     one.do(one.round.cancel)

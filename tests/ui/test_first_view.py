@@ -336,7 +336,10 @@ def test_missed_tables_are_ordered_again_by_one_tap(page: Any, tab: Tab) -> None
     tab.evaluate("document.getElementById('again').click()")
     assert page.next_command() == Deliver(["table_2"])
     listed = tab.evaluate("document.getElementById('history').textContent")
-    assert listed.endswith(", anna: Table 1: taken; Table 2: <i>no path</i>")
+    assert listed.endswith(", anna: Table 1: taken; Table 2: <i>no path</i> Order Table 2 again")
+    tab.evaluate("document.querySelector('#history button').click()")
+    assert page.next_command() == Deliver(["table_2"])
+    tab.wait_for("!document.querySelector('#history button')")
     page.server.set_layer("delivery", DeliveryView(state="loading", round_active=True))
     tab.wait_for("document.getElementById('again').hidden")
 

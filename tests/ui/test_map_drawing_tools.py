@@ -64,9 +64,18 @@ def test_a_crop_has_two_corners_and_a_refusal_is_shown(edited: Any) -> None:
         tab.evaluate("document.getElementById('drawing-save').click()")
         change = next_change(edited, CropMap, preview=False)
         assert (change.x, change.y, change.other_x) == (crop.x, crop.y, crop.other_x)
-        edited.server.set_layer("edits", (MapEditResult(change.id, description="bar lies outside the map"),))
+        preview = MapEditResult(crop.id, description="bar lies outside the map")
+        edited.server.set_layer(
+            "edits", (MapEditResult(change.id, description="bar lies outside the map"), preview)
+        )
         tab.wait_for(f"{text_of('drawing-effects')} === 'Not saved: bar lies outside the map'")
         assert not tab.evaluate("document.getElementById('drawing-form').hidden")
+        tab.evaluate("document.getElementById('brush-start').click()")
+        tab.evaluate(
+            "(() => { const width = document.getElementById('brush-width'); width.value = '-3'; width.oninput(); })()"
+        )
+        assert tab.evaluate(text_of("drawing-effects")).startswith("The width of a brush is 0.05 to 5 m")
+        assert tab.evaluate("document.getElementById('drawing-save').disabled")
         tab.evaluate("document.getElementById('place-new').click()")
         assert tab.evaluate("document.getElementById('drawing-form').hidden")
 

@@ -10,7 +10,6 @@ import pytest
 from tests.support.web_ui import MAP_SHOWN, show_a_room
 from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
 
-from chefbot.devices.maps.map_editor import CHANGED_SINCE
 from chefbot.msgs.chefbot_msgs import MapEditResult
 from chefbot.msgs.chefbot_msgs.maps import KEEP_OUT, MapZone, MapZones
 from chefbot.msgs.geometry_msgs import Point
@@ -177,20 +176,21 @@ def test_another_persons_change_is_not_overwritten(edited: Any) -> None:
             "edits", (msgspec.structs.replace(last, id="y", last_id="y", last_edited_by=""),)
         )
         tab.wait_for(f"{text_of('undo-edit')} === 'Undo: 窗边 二 was moved'")
+        changed = "The map has changed in the meantime; look at it and press again"
         for seen, newest in (("x", "z"), ("z", "z")):  # refused, and then pressed again
             tab.evaluate("document.querySelector('#place-form .primary').click()")
             saved = edited.next_command()
             assert isinstance(saved, do.PutPlace) and saved.seen_change == seen
-            edited.server.set_layer(
-                "edits", (MapEditResult(saved.id, description=CHANGED_SINCE, last_id=newest),)
-            )
-            tab.wait_for(f"{text_of('edit-note')} === 'Not saved: {CHANGED_SINCE}'")
+            edited.server.set_layer("edits", (MapEditResult(saved.id, description=changed, last_id=newest),))
+            tab.wait_for(f"{text_of('edit-note')} === 'Not saved: {changed}'")
         tab.evaluate("document.getElementById('zone-new').click()")
         edited.server.set_layer("edits", (msgspec.structs.replace(last, id="w", last_id="w"),))
         tab.wait_for(f"{text_of('undo-edit')}.includes('Max')")
         tab.evaluate("document.getElementById('undo-edit').click()")
         undo = edited.next_command()
         assert isinstance(undo, do.UndoMapEdit) and undo.seen_change == "w"
+        edited.server.set_layer("edits", (MapEditResult(undo.id, description=changed, last_id="v"),))
+        tab.wait_for(f"{text_of('edit-note')} === 'Not undone: {changed}'")
 
 
 @pytest.mark.slow

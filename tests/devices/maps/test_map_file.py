@@ -10,7 +10,7 @@ import pytest
 from tests.support.nodes import NodeRunner
 from tests.support.waiting import wait_for
 
-from chefbot.devices.maps.map_editor import CHANGED_SINCE, MapEditor
+from chefbot.devices.maps.map_editor import MapEditor
 from chefbot.devices.maps.map_file import MAX_WAITING, TOO_MANY, TURNED
 from chefbot.errors import UserError
 from chefbot.maths.grid import Grid
@@ -267,10 +267,11 @@ def test_two_editors_do_not_overwrite_each_other(path: Path) -> None:
     assert (last.applied, last.last_id, last.last_change) == (True, "b", "Café was moved")
     assert last.last_edited_by == "Max"
     refused = result_of(runner, MapEdit("c", places=(renamed,), seen_change="a"))
-    assert (refused.applied, refused.description) == (False, CHANGED_SINCE)
+    changed = "The map has changed in the meantime (last change: Café was moved, by Max); look at it and press again"
+    assert (refused.applied, refused.description) == (False, changed)
     assert load_entries(places_path(path))["bar"].x == 3.0
     undo = result_of(runner, MapEdit("d", undo=True, seen_change="a"))
-    assert (undo.applied, undo.description) == (False, CHANGED_SINCE), "the button named another change"
+    assert (undo.applied, undo.description) == (False, changed), "the button named another change"
     assert result_of(runner, MapEdit("e", places=(renamed,), seen_change=refused.last_id)).applied
     assert result_of(runner, MapEdit("f", undo=True, seen_change="e")).last_change == "Café was moved"
 
@@ -280,7 +281,8 @@ def test_the_first_change_of_a_map_is_not_overwritten_either(path: Path) -> None
     untouched = runner.messages("map_edit_result")[-1].last_id
     assert result_of(runner, MapEdit("a", places=(BAR,), seen_change=untouched)).applied
     refused = result_of(runner, MapEdit("b", deleted_places=("bar",), seen_change=untouched))
-    assert (refused.applied, refused.description) == (False, CHANGED_SINCE)
+    changed = "The map has changed in the meantime (last change: Bar was added); look at it and press again"
+    assert (refused.applied, refused.description) == (False, changed)
     assert result_of(runner, MapEdit("c", undo=True, seen_change="a")).last_id == untouched
 
 

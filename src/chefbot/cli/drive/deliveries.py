@@ -15,7 +15,18 @@ from chefbot.plural import number_of
 from chefbot.storage.atomic_files import write_into_folder
 from chefbot.storage.delivery_history import RecordedRound, read_history
 
-COLUMNS = ("began", "loaded", "ended", "ordered_by", "simulated", "place", "outcome", "at", "round_outcome")
+COLUMNS = (
+    "began",
+    "loaded",
+    "ended",
+    "ordered_by",
+    "simulated",
+    "place",
+    "label",
+    "outcome",
+    "at",
+    "round_outcome",
+)
 console = Console(highlight=False, soft_wrap=True, markup=False)
 
 
@@ -59,5 +70,5 @@ def csv_text(rounds: Sequence[RecordedRound]) -> str:
     for one in rounds:
         for stop in one.stops:
             head = (one.began, one.loaded, one.ended, one.ordered_by, int(one.simulated))
-            writer.writerow((*head, stop.place, stop.outcome, stop.at, one.outcome))
+            writer.writerow((*head, stop.place, stop.label, stop.outcome, stop.at, one.outcome))
     return text.getvalue()

@@ -32,7 +32,6 @@ OUTSIDE, IN_A_WALL = "lies outside the map", "lies in a wall"
 """Why a place cannot be where it is."""
 MAX_LABEL = 40
 """Maximum length of a label, characters."""
-CHANGED_SINCE = "The map has changed in the meantime; look at it and press again"
 
 
 class MapEditor:
@@ -91,8 +90,9 @@ class MapEditor:
 
     def check_seen(self, edit: MapEdit) -> None:
         """Raise UserError if the editor does not know the last change, which the edit might overwrite."""
-        if edit.seen_change and edit.seen_change != self.versions.last_change().id:
-            raise UserError(CHANGED_SINCE)
+        last = self.versions.last_change()
+        if edit.seen_change and edit.seen_change != last.id:
+            raise UserError(changed_since(last))
 
     def _drives_in_old_frame(self, edit: MapEdit) -> tuple[Path, ...]:
         """Return the bundle with which the map could be continued, but only in the frame before a rotation."""
@@ -182,6 +182,13 @@ class MapEditor:
         )
         _check_poses(self.grid, {place.name: entry})
         return entry
+
+
+def changed_since(change: ChangeNote) -> str:
+    """Return the refusal of a change by a person who has not seen the last one, which it names."""
+    who = f", by {change.edited_by}" if change.edited_by else ""
+    last = f" (last change: {change.description}{who})" if change.description else ""
+    return f"The map has changed in the meantime{last}; look at it and press again"
 
 
 def _free_name(name: str, taken: Collection[str]) -> str:

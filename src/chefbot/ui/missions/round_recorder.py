@@ -11,7 +11,7 @@ from chefbot.storage.atomic_files import StorageError
 from chefbot.storage.delivery_history import DeliveryHistory
 
 TAKEN = "taken"
-NOT_SERVED = "not served"
+NOT_SERVED, CANCELLED = "not served", "order cancelled"
 
 
 class RoundRecorder:
@@ -76,7 +76,8 @@ class RoundRecorder:
         for number, places in [self._waiting.pop(order_id) for order_id in gone]:
             if number != self._number:
                 refused = status.state == "failed"
-                self._close(number, places, status.description if refused else ORDER_CANCELLED)
+                outcome = (status.description, NOT_SERVED) if refused else (ORDER_CANCELLED, CANCELLED)
+                self._close(number, places, *outcome)
         return bool(gone)
 
     def _begin(self, status: DeliveryStatus) -> None:
@@ -123,9 +124,9 @@ class RoundRecorder:
         self._number = None
         return True
 
-    def _close(self, number: int, places: tuple[str, ...], sentence: str) -> None:
+    def _close(self, number: int, places: tuple[str, ...], sentence: str, outcome: str = NOT_SERVED) -> None:
         for place in places:
-            self._history.note_stop(number, place, NOT_SERVED)
+            self._history.note_stop(number, place, outcome)
         self._history.end(number, sentence)
 
 

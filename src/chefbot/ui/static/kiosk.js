@@ -1,8 +1,9 @@
 // The view on the robot's own screen, at #kiosk: what the robot wants in large letters, one button, a PIN to leave.
-import { title, tr, translated } from "./language.js";
+import { title, tr, translated, withoutStop } from "./language.js";
 
 const $ = (id) => document.getElementById(id);
 const HASH = "#kiosk";
+const DIGITS = [..."1234567890"];
 
 export class Kiosk {
   constructor(send, changed) {
@@ -14,9 +15,19 @@ export class Kiosk {
     this.leaving = null;                 // command that is not answered yet
     $("kiosk-confirm").onclick = () => send({ do: this.press, place: this.delivery.place });
     $("kiosk-leave").onclick = () => this.leave("");
+    $("kiosk-keys").replaceChildren(...DIGITS.map((digit) => this.key(digit)));   // a touch screen may have no keyboard
+    $("kiosk-erase").onclick = () => { $("kiosk-digits").value = $("kiosk-digits").value.slice(0, -1); };
     $("kiosk-pin").onsubmit = (event) => { event.preventDefault(); this.leave($("kiosk-digits").value); };
     window.addEventListener("hashchange", () => this.follow(location.hash));
     this.turn(location.hash === HASH);
+  }
+
+  key(digit) {
+    const button = document.createElement("button");
+    button.type = "button";
+    button.textContent = digit;
+    button.onclick = () => { if ($("kiosk-digits").value.length < $("kiosk-digits").maxLength) $("kiosk-digits").value += digit; };
+    return button;
   }
 
   // Once entered, the view is left by its button only.
@@ -42,8 +53,8 @@ export class Kiosk {
     const heading = waits === "taken" && state === "waiting" ? tr("{place}: your food", { place: title(place) }) : TITLES[waits] ?? STATES[state] ?? tr("No delivery");
     // who waits for the robot reads from afar where it goes
     const goes = state === "driving" && !waits && step, sentence = translated(step);
-    $("kiosk-title").textContent = this.stopped ? tr("Stopped") : goes ? sentence.replace(/[.。]\u2069*$/, "") : heading;
-    $("kiosk-text").textContent = waits === "choice" || (goes && !this.stopped) ? "" : sentence;
+    $("kiosk-title").textContent = this.stopped ? tr("Stopped") : goes ? withoutStop(sentence) : heading;
+    $("kiosk-text").textContent = waits === "choice" || state === "failed" || (goes && !this.stopped) ? "" : sentence;
     $("kiosk-confirm").hidden = !confirms;
     $("kiosk-confirm").textContent = confirms ? PRESSES[state] : "";
   }

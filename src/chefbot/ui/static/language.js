@@ -47,8 +47,9 @@ function relabelled(text) { return labelled && text ? text.replace(labelled, (na
 function label(name) { return Object.hasOwn(labels, key(name)) ? labels[key(name)] : null; }
 function key(name) { return name.toLowerCase().replace(/ /g, "_"); }
 
-// Between the parts of a list.
+// Between the parts of a list, and at the end of a sentence.
 export const comma = { ar: "، ", zh: "、" }[language] ?? ", ";
+const FULL_STOP = { zh: "。" }[language] ?? ".";
 
 // The name of a place for the reader: table_3 is "Table 3", or "Tisch 3", unless it has a label.
 export function title(name) {
@@ -68,10 +69,17 @@ export function choose(code) {
   return true;
 }
 
-// The translation of one sentence, or null; it begins in lower case after a colon, and the catalogue has one form.
+// The translation of one sentence, or null; it begins in lower case after a colon, what is a part of others elsewhere
+// ends with a full stop, and the catalogue has one form.
 function sentence(text, depth) {
-  return matched(text, sentences, depth) ?? matched(capital(text), sentences, depth) ?? matched(lower(text), sentences, depth);
+  const cased = (one) => matched(one, sentences, depth) ?? matched(capital(one), sentences, depth)
+    ?? capital(matched(lower(one), sentences, depth));
+  const whole = cased(text), part = whole || !text.endsWith(".") ? null : cased(text.slice(0, -1));
+  return part ? part + FULL_STOP : whole;
 }
+
+// A sentence without its full stop, which within another one would end that.
+export function withoutStop(text) { return text.replace(/[.。](?=\u2069*$)/, ""); }
 
 // The translation of a text by the most specific pattern that it matches, or null.
 function matched(text, known, depth) {
@@ -93,7 +101,7 @@ function part(text, depth) {
   // In a list of places, what only the owner calls so has no translation and stays as it is.
   const parts = text.split(/, | and /), names = parts.map(name);
   if (!names.some(Boolean)) return translated(text, depth);
-  return new Intl.ListFormat(language).format(parts.map((one, i) => names[i] ?? relabelled(one)));
+  return new Intl.ListFormat(language).format(parts.map((one, i) => isolated(names[i] ?? relabelled(one))));
 }
 
 function patterns(messages, capture) {
@@ -108,7 +116,7 @@ function filled(template, value) { return template.replace(/\{(\w+)\}/g, (_, nam
 // In a text from right to left, "8 m" keeps its order (Unicode Standard Annex 9, first strong isolate).
 export function isolated(value) { return RIGHT_TO_LEFT.has(language) ? `\u2068${value}\u2069` : String(value); }
 function lower(text) { return text.replace(/^./u, (letter) => letter.toLowerCase()); }
-function capital(text) { return text.replace(/^./u, (letter) => letter.toUpperCase()); }
+function capital(text) { return text && text.replace(/^./u, (letter) => letter.toUpperCase()); }
 
 // A catalogue that does not arrive costs the translation, not the web UI: STOP soon works in English.
 async function load() {

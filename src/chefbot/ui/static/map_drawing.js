@@ -64,16 +64,18 @@ export class MapDrawing {
   // Show what is drawn, and have the robot preview it.
   show() {
     const command = this.command;
-    $("drawing-save").disabled = !command || !$("brush-width").checkValidity();
+    const wrong = this.kind === "brush" && !$("brush-width").checkValidity();
+    $("drawing-save").disabled = !command || wrong;
     $("stroke-back").disabled = !this.strokes.length;
-    $("drawing-effects").textContent = "";
+    $("drawing-effects").textContent = wrong ? tr("The width of a brush is 0.05 to 5 m, in steps of 0.05 m.") : "";
     clearTimeout(this.timer);
-    if (command && $("brush-width").checkValidity()) this.timer = setTimeout(() => { this.previewing = this.ask({ ...this.command, preview: true }); }, PREVIEW_DELAY);
+    if (command && !wrong) this.timer = setTimeout(() => { this.previewing = this.ask({ ...this.command, preview: true }); }, PREVIEW_DELAY);
     this.changed();
   }
 
   save() {
     clearTimeout(this.timer);
+    this.previewing = "";                // its result is still among the last ones
     this.saving = this.ask(this.command);
     $("edit-note").textContent = "";
     $("drawing-effects").textContent = tr("Saving …");
@@ -83,6 +85,7 @@ export class MapDrawing {
     const text = translated(description);
     if (id && id === this.previewing) $("drawing-effects").textContent = text || tr("No place is cut off.");
     if (!id || id !== this.saving) return;
+    this.saving = "";
     if (applied) this.close();
     $("edit-note").textContent = applied ? `${tr("Saved.")} ${text}` : "";
     $("drawing-effects").textContent = applied ? "" : tr("Not saved: {reason}", { reason: text });

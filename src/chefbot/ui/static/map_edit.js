@@ -217,7 +217,8 @@ export class MapEdit {
     this.saving = "";
     if (result.applied) this.close();
     const done = this.undoing ? tr("Undone.") : tr("Saved.");
-    this.note(result.applied ? `${done} ${text}` : tr("Not saved: {reason}", { reason: text }));
+    const refusal = this.undoing ? tr("Not undone: {reason}", { reason: text }) : tr("Not saved: {reason}", { reason: text });
+    this.note(result.applied ? `${done} ${text}` : refusal);
     this.undoing = false;
   }
 

@@ -7,7 +7,9 @@ import { isGuest, RoundCard, stepSentence } from "./round.js";
 const $ = (id) => document.getElementById(id);
 const text = (id, value) => { if ($(id).textContent !== value) $(id).textContent = value; };
 const TABLE = /^table/, SERVED = /^(table|room)/;    // names of places by their kind
-const FOR_ENGINEERS = /^Wire: /;         // warnings about which nobody else can do anything
+const FOR_ENGINEERS = /^(Wire|Node faults): /;   // warnings about which nobody else can do anything
+const FOR_MANAGERS = / \/\S/;            // those about files
+const reads = (warning, role) => role === "engineer" || !(FOR_ENGINEERS.test(warning) || (role !== "manager" && FOR_MANAGERS.test(warning)));
 const SHORT_TIME = { dateStyle: "short", timeStyle: "medium" };
 const PICTURES = { map: tr("Map at that moment"), camera: tr("Camera image at that moment") };
 const orDash = (value, format) => (value === null || value === undefined ? "–" : format(value));
@@ -53,6 +55,7 @@ export class Panels {
     if (!this.send({ do: "deliver", tables })) return;
     this.ordered = tables;
     this.choose([]);
+    $("round").focus({ preventScroll: true });   // the button is disabled now
     $("round").scrollIntoView({ block: "nearest" });
   }
 
@@ -140,7 +143,7 @@ export class Panels {
     text("pose-probability", orDash(status.pose_probability, (share) => `${Math.min(99, Math.round(100 * share))} %`));
     text("localization", translated(status.localization));
     text("reason", translated(status.reason) || tr("no restriction"));
-    const warnings = (status.warnings ?? []).filter((warning) => document.body.dataset.role === "engineer" || !FOR_ENGINEERS.test(warning));
+    const warnings = (status.warnings ?? []).filter((warning) => reads(warning, document.body.dataset.role));
     text("warnings", warnings.map((warning) => translated(warning)).join("\n"));
     $("warnings").hidden = warnings.length === 0;
     this.simulation(status);

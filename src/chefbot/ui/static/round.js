@@ -1,5 +1,5 @@
 // The delivery round: buttons for what the robot waits for, and the choice between the round and another goal.
-import { comma, isolated, language, nameTitle, title, tr, translated } from "./language.js";
+import { comma, isolated, language, nameTitle, title, tr, translated, withoutStop } from "./language.js";
 
 const $ = (id) => document.getElementById(id);
 const text = (id, value) => { if ($(id).textContent !== value) $(id).textContent = value; };
@@ -127,14 +127,14 @@ export class RoundCard {
     text("eta", [
       drives && arrival(next),
       home && stops.length > 1 && homeAgain(home),
-      home && (this.stopped || this.value.waits_for === "choice") && tr("Times count from when the robot continues."),
+      home && (drives || stops.length > 1) && (this.stopped || this.value.waits_for === "choice") && tr("Times count from when the robot continues."),
     ].filter(Boolean).join(" "));
     let from = drives ? 1 : 0;
     for (const [i, name] of queue.entries()) {
       const found = stops.findIndex((stop, k) => k >= from && stop.place === name);
       const chip = $("queue").children[i].querySelector("small"), stop = stops[found];
       if (stop) from = found + 1;
-      if (stop?.reachable) chip.textContent = [metres(stop.distance), time(stop.time), ...charge(stop)].join(" · ");
+      if (stop?.reachable) chip.textContent = [metres(stop.distance), time(stop.time), ...charge(stop)].map(isolated).join(" · ");
       else chip.textContent = stop ? tr("no path on the map") : "";
     }
   }
@@ -154,9 +154,20 @@ export class RoundCard {
       const item = document.createElement("li"), head = document.createElement("b");
       const began = new Date(round.began).toLocaleString(language, { dateStyle: "short", timeStyle: "short" });
       head.textContent = round.ordered_by ? `${began}, ${round.ordered_by}: ` : `${began}: `;
-      item.append(head, round.stops.map((stop) => tr("{place}: {outcome}", { place: stop.label || nameTitle(stop.place), outcome: stop.outcome ? translated(stop.outcome) : tr("open") })).join("; "), round.ended ? "" : `; ${tr("unfinished")}`);
+      const stops = round.stops.map((stop) => tr("{place}: {outcome}", { place: stop.label || nameTitle(stop.place), outcome: stop.outcome ? translated(stop.outcome) : tr("open") }));
+      item.append(head, stops.join("; "), round.ended ? "" : `; ${tr("unfinished")}`, ...this.orderAgain(round));
       return item;
     }));
+  }
+
+  // A button that orders the tables of a round that have not received their food, if there are some.
+  orderAgain({ ended, stops }) {
+    const tables = ended ? stops.filter(({ outcome }) => outcome !== "taken").map(({ place }) => place) : [];
+    if (!tables.length) return [];
+    const button = document.createElement("button");
+    button.textContent = tr("Order {places} again", { places: names(tables) });
+    button.onclick = () => this.send({ do: "deliver", tables }) && button.remove();
+    return [" ", button];
   }
 
   // Names of the tables that are still to be served; empty without a round.
@@ -170,7 +181,7 @@ export class RoundCard {
     return [
       value?.delivered.length && tr("Taken at: {places}.", { places: names(value.delivered) }),
       value?.errands.length && tr("Then to: {places}.", { places: names(value.errands.map((name) => name || "a point on the map")) }),
-      ...(value?.missed ?? []).map((why) => tr("Not served: {reason}.", { reason: translated(why).replace(/[.。]\u2069*$/, "") })),
+      ...(value?.missed ?? []).map((why) => tr("Not served: {reason}.", { reason: withoutStop(translated(why)) })),
     ].filter(Boolean).join(" ");
   }
 

@@ -161,7 +161,7 @@ def test_a_patrol_over_places_goes_on_until_it_is_cancelled() -> None:
     nodes.loop.publish("cancel", Empty(), "page", from_device=True)
     nodes.run(1.0)
     assert nodes.messages("follow_waypoints/_action/get_result")[-1].status == STATUS_CANCELED
-    assert nodes.messages("phase")[-1].data == "The waypoints were cancelled."
+    assert nodes.messages("phase")[-1].data == "The patrol has ended."
 
 
 @pytest.mark.parametrize("places", [(), ("kitchn",)])

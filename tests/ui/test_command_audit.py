@@ -11,7 +11,7 @@ import pytest
 from tests.support.nodes import ROBOT, NodeRunner
 
 from chefbot.msgs.builtin_interfaces import Time
-from chefbot.msgs.chefbot_msgs import FollowOrder, PatrolOrder
+from chefbot.msgs.chefbot_msgs import DeliveryStatus, FollowOrder, NavigationStatus, PatrolOrder
 from chefbot.msgs.rcl_interfaces import Parameter, ParameterEvent, ParameterValue
 from chefbot.msgs.std_msgs import String
 from chefbot.runtime.node import NoParams
@@ -208,4 +208,27 @@ def test_orders_of_missions_are_published(tmp_path: Path, monkeypatch: pytest.Mo
     assert isinstance(patrol, PatrolOrder) and isinstance(follow, FollowOrder)
     assert (patrol.places, patrol.rounds, patrol.without_stops) == (("kitchen", "table_1"), 3, True)
     assert follow.person == 7
+    assert page.messages("round_choice") == []
+    page.ended()
+
+
+def test_a_mission_ends_the_drive_home_and_old_reasons(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page = Page("Mission", tmp_path, monkeypatch)
+    page.loop.publish(
+        "navigation_status",
+        NavigationStatus(state="idle", reason="The emergency stop ended the goal."),
+        "test",
+    )
+    page.loop.publish("delivery_status", DeliveryStatus(state="returning", place="home"), "test")
+    page.run(0.1)
+    assert page.device._navigation_reason(exploring=False) == "The emergency stop ended the goal."
+    page.device._execute_mission(do.Follow(7))
+    page.run(0.1)
+    assert [choice.data for choice in page.messages("round_choice")] == ["end"]
+    assert page.device._navigation_reason(exploring=False) == ""
+    page.loop.publish("navigation_status", NavigationStatus(state="idle", reason="No progress."), "test")
+    page.run(0.1)
+    assert page.device._navigation_reason(exploring=False) == "No progress."
     page.ended()

@@ -234,6 +234,14 @@ def test_other_missions_wait_for_the_end_of_a_round(command: do.OperatorCommand)
     validate_command(command, PLACES, DeliveryStatus(state="idle"))
     with pytest.raises(UserError, match="end it first"):
         validate_command(command, PLACES, DeliveryStatus(state="driving"))
+    with pytest.raises(UserError, match="end it first"):
+        validate_command(command, PLACES, DeliveryStatus(state="returning", untaken=("table_1",)))
+
+
+def test_the_drive_home_excludes_no_other_drive() -> None:
+    going_home = DeliveryStatus(state="returning", place="home")
+    validate_command(do.Patrol(["kitchen"]), PLACES, going_home)
+    validate_command(do.Follow(7), PLACES, going_home)
 
 
 def test_a_patrol_to_an_unknown_place_is_refused() -> None:

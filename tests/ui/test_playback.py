@@ -21,7 +21,7 @@ from chefbot.incidents.files import Incident, save_incident
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import DeliveryStatus
 from chefbot.msgs.geometry_msgs import TransformStamped
-from chefbot.msgs.std_msgs import Float64, String
+from chefbot.msgs.std_msgs import Bool, Float64, String
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.robot.load import load_robot
 from chefbot.runtime.clock import WallClock
@@ -46,6 +46,9 @@ def recorded() -> Iterator[Publication]:
         now_ns = 1000 * SECOND + tenth * SECOND // 10
         stamped = TransformStamped.of(now_ns, "map", "base_link", SE2(0.05 * tenth, 0.0, 0.0))
         yield Publication("tf", TFMessage((stamped,)), "wire", True, now_ns, False)
+        if tenth == 550:
+            yield Publication("phase", String("The patrol has ended."), "wire", True, now_ns, True)
+            yield Publication("emergency_stop", Bool(True), "wire", True, now_ns, True)
         if tenth == 200:
             status = DeliveryStatus(state="driving", place="table_1", description="On the way to table 1.")
             yield Publication("delivery_status", status, "wire", True, now_ns, True)
@@ -135,6 +138,17 @@ def test_a_jump_shows_what_was_known_then(show: Show) -> None:
     show.until(lambda latest: latest["robot"]["x"] == pytest.approx(5.0))
     show.until(lambda latest: latest["delivery"] is None)
     assert show.until(lambda latest: latest["status"]["clock"] == 1010)["playback"]["rate"] == 0
+
+
+@pytest.mark.slow
+def test_a_jump_back_forgets_what_came_later(show: Show) -> None:
+    show.send(do="playback", time=58, rate=0)
+    show.until(lambda latest: (latest.get("status") or {}).get("stopped") is True)
+    show.send(do="playback", time=30)
+    show.until(lambda latest: latest["status"]["phase"] == "On the way to table 1.")
+    show.send(do="playback", time=10)
+    latest = show.until(lambda latest: latest["status"]["phase"] == "" and latest["status"]["clock"] == 1010)
+    assert not latest["status"]["stopped"] and latest["status"]["reason"] == ""
 
 
 @pytest.mark.parametrize(

@@ -45,6 +45,18 @@ def test_stop_on_one_page_shows_on_all_and_any_page_resumes(robot: Robot) -> Non
 
 
 @pytest.mark.slow
+def test_all_screens_show_who_pressed_stop(robot: Robot) -> None:
+    with robot.page("here") as page:
+        assert shows(page, stopped=False)
+        robot.system.nodes["here"]._receive(Stop(), "Anna")  # type: ignore[attr-defined]
+        assert shows(page, stopped=True, reason="Anna pressed the emergency stop.")
+        page.send(ReleaseStop())
+        assert shows(page, stopped=False)
+        page.send(Stop())
+        assert shows(page, stopped=True, reason="Emergency stop was pressed."), "a shared link has no name"
+
+
+@pytest.mark.slow
 def test_an_external_stop_counts_and_only_a_page_resumes_it(robot: Robot) -> None:
     with robot.page("here") as page:
         assert shows(page, stopped=False)

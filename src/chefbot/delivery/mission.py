@@ -16,7 +16,14 @@ from chefbot.delivery import status_messages
 from chefbot.delivery.round_outcome import ENDED_BY_PERSON, NOT_REACHED, OrderError, OrderOutcome
 from chefbot.delivery.round_state import RoundState
 from chefbot.delivery.status_messages import IDLE_STATES, ROUND_STATES
-from chefbot.delivery.trays import has_food, loaded_first, on_board, take_from_tray, trip_is_over
+from chefbot.delivery.trays import (
+    has_food,
+    is_going_home,
+    loaded_first,
+    on_board,
+    take_from_tray,
+    trip_is_over,
+)
 from chefbot.errors import ChefbotError
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, Errand, Order
 
@@ -256,8 +263,7 @@ class DeliveryRound(RoundState):
 
     def _replace_drive_home(self) -> bool:
         """Begin the next order in place of the drive home, and return whether there was one to begin."""
-        is_going_home = self.status.state == "returning" and not self.status.untaken
-        if is_going_home and self._order_follows():
+        if is_going_home(self.status) and self._order_follows():
             self._complete_round()
             return True
         return False

@@ -56,6 +56,11 @@ def has_food(status: DeliveryStatus) -> bool:
     return serves or bool(status.untaken or on_board(status, status.queue))
 
 
+def is_going_home(status: DeliveryStatus) -> bool:
+    """Return whether the robot drives home with nothing on board that has to go back to the kitchen."""
+    return status.state == "returning" and not status.untaken
+
+
 def trip_is_over(status: DeliveryStatus) -> bool:
     """Return whether the robot has to load again before it can serve the tables that are left."""
     return bool(status.queue) and status.loaded and not carried(status, status.queue)

@@ -17,6 +17,7 @@ GOAL_REJECTED, TF_ERROR, FAILED_TO_DETECT_OBJECT, FAILED_TO_CONTROL = 1, 901, 90
 """Error codes of nav2_msgs/action/FollowObject."""
 MAX_AHEAD_BEARING, MAX_AHEAD_DISTANCE = math.radians(60.0), 4.0
 """Bearing (rad) and distance (m) within which the nearest person ahead is chosen."""
+NOBODY_AHEAD = "No person is ahead of the robot. Stand in front of it and try again."
 DISTANCE_TOLERANCE, FACING_TOLERANCE = 0.25, 0.4
 """Errors of the distance (m) and of the heading towards the person (rad) at which the robot stands."""
 DRIVE_DISTANCE_ERROR, TURN_HEADING_ERROR = 0.4, 0.7
@@ -132,7 +133,7 @@ class PersonFollower:
     def _not_found(self, now: float) -> FollowStep:
         if now - self._seen_at < self.params.detection_timeout:
             return FollowStep(INITIAL_PERCEPTION, "Looking for the person to follow.")
-        text = f"Person {self.number} is not in sight." if self.number else "No person is ahead of the robot."
+        text = f"Person {self.number} is not in sight." if self.number else NOBODY_AHEAD
         return FollowStep(INITIAL_PERCEPTION, text, error_code=FAILED_TO_DETECT_OBJECT)
 
     def _search(self, robot: SE2, person: TrackedPerson, hidden: float) -> FollowStep:

@@ -14,6 +14,7 @@ from chefbot.delivery.status_messages import (
     ROUND_STATES,
     for_guest,
 )
+from chefbot.delivery.trays import is_going_home
 from chefbot.errors import UserError
 from chefbot.msgs.chefbot_msgs import DeliveryStatus, RoundForecast
 from chefbot.msgs.std_msgs import String
@@ -122,8 +123,7 @@ def validate_command(command: do.OperatorCommand, places: Collection[str], statu
         _check_move(command.name, status)
     if isinstance(command, do.Goal | do.GoPlace) and status.state in ROUND_STATES and not command.when:
         raise UserError(ERRAND_NEEDS_WHEN[:1].upper() + ERRAND_NEEDS_WHEN[1:])
-    if isinstance(command, do.Patrol | do.Follow | do.MapBuilding) and status.state in ROUND_STATES:
-        raise UserError("A delivery round is active; end it first")
+    _check_no_round(command, status)
     if isinstance(command, do.Loaded | do.Taken | do.NotTaken):
         _check_confirmation(command, status)
     if isinstance(command, do.ChangeQueue | do.ShortestOrder):
@@ -174,6 +174,13 @@ def _place_names(command: do.OperatorCommand) -> tuple[str, ...]:
     if isinstance(command, do.Patrol):
         return tuple(command.places)
     return tuple(command.tables) if isinstance(command, do.Deliver) else ()
+
+
+def _check_no_round(command: do.OperatorCommand, status: DeliveryStatus) -> None:
+    """Raise UserError for a command that a round excludes; its drive home excludes no other drive."""
+    drives = isinstance(command, do.Patrol | do.Follow) and not is_going_home(status)
+    if (drives or isinstance(command, do.MapBuilding)) and status.state in ROUND_STATES:
+        raise UserError("A delivery round is active; end it first")
 
 
 def _check_confirmation(command: do.Loaded | do.Taken | do.NotTaken, status: DeliveryStatus) -> None:

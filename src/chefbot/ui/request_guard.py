@@ -13,10 +13,11 @@ from http.cookies import CookieError, SimpleCookie
 from urllib.parse import parse_qs, urlsplit
 
 from starlette.datastructures import Headers
-from starlette.responses import PlainTextResponse, RedirectResponse, Response
+from starlette.responses import RedirectResponse, Response
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from chefbot.ui.access.identification import Identification
+from chefbot.ui.access.refusal_page import refusal, sentences
 from chefbot.ui.access.visitors import LOCAL, Visitor
 from chefbot.ui.files import SECURITY_HEADERS
 
@@ -25,6 +26,7 @@ COOKIE = "chefbot"
 its ports, and robots may share a host."""
 COOKIE_DAYS = 400
 """Time for which a browser keeps an invited person's token; browsers allow no longer one (RFC 6265bis, 5.5)."""
+WRONG_HOST = "The Host header does not name the robot; use its IP address or localhost, or add it to names."
 NO_TOKEN = "Open the address with the token that chefbot printed at its start."
 INVALID_TOKEN = "This link is not valid, or no longer valid; ask for a new one."
 
@@ -46,6 +48,7 @@ class RequestGuard:
         identification: Identification | None = None,
         cookie: str = COOKIE,
     ) -> None:
+        sentences()  # read here, because at a request it would delay an emergency stop
         self._app = app
         self._proxy_names = {name.lower() for name in proxy_names}
         self._names = {"localhost", *(name.lower() for name in names), *self._proxy_names}
@@ -75,14 +78,13 @@ class RequestGuard:
         if scope["type"] == "websocket":
             await send({"type": "websocket.close", "code": 1008})
             return
-        headers = {**SECURITY_HEADERS, "connection": "close"}
-        await PlainTextResponse(reason, 403, headers)(scope, receive, send)
+        await refusal(reason, Headers(scope=scope))(scope, receive, send)
 
     def _find_violation(self, scope: Scope) -> str | None:
         headers = Headers(scope=scope)
         host = headers.get("host", "")
         if not self._is_allowed_host(host):
-            return "The Host header does not name the robot; use its IP address or localhost."
+            return WRONG_HOST
         origin = headers.get("origin")
         changes = scope["type"] == "websocket" or scope["method"] not in ("GET", "HEAD")
         if changes and origin is not None and origin not in self._origins(scope, host):

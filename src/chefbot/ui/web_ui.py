@@ -27,6 +27,7 @@ from chefbot.msgs.sensor_msgs import BatteryState, Image, JointState, LaserScan
 from chefbot.msgs.std_msgs import Bool, Empty, String
 from chefbot.robot.motion_limits import max_speed, max_turn
 from chefbot.runtime.node import In, Out, every, topic
+from chefbot.safety.stop_latch import PRESSED
 from chefbot.scan.color_image import rgb_pixels
 from chefbot.storage.delivery_history import RecordedRound
 from chefbot.ui import commands as do
@@ -34,6 +35,7 @@ from chefbot.ui.access.invitations import Invitations
 from chefbot.ui.access.page_access import announcement
 from chefbot.ui.access.served_address import keep_address
 from chefbot.ui.access.tls import load_tls
+from chefbot.ui.access.visitors import is_person
 from chefbot.ui.delivery_view import activity, delivery_view, forecast_views, is_errand, validate_command
 from chefbot.ui.display import views
 from chefbot.ui.display.message_conversion import (
@@ -41,7 +43,6 @@ from chefbot.ui.display.message_conversion import (
     clicked_pose,
     cost_image,
     door_views,
-    navigation_reason,
     path_points,
     people_views,
 )
@@ -78,8 +79,6 @@ class WebUiDevice(NavigationDevice):
     ground_truth: In[Odometry]
     battery_state: In[BatteryState]
     localization_status: In[LocalizationStatus]
-    navigation_status: In[NavigationStatus]
-    delivery_status: In[DeliveryStatus]
     round_forecast: In[RoundForecast]
     phase: In[String]
     delivery_notice: In[String] = topic("delivery/notice")
@@ -94,7 +93,6 @@ class WebUiDevice(NavigationDevice):
     loaded: Out[Empty]
     taken: Out[Empty]
     not_taken: Out[Empty]
-    round_choice: Out[String]
     round_queue: Out[Order]
     errand: Out[Errand]
     cancel: Out[Empty]
@@ -105,6 +103,7 @@ class WebUiDevice(NavigationDevice):
         """Start the server of the web UI."""
         super().start()
         self._stopped = False
+        self._stopped_by = ""
         self._last_status = views.StatusView()
         self._last_stop = views.StopView()
         self._shown_robot: views.RobotView | None = None
@@ -151,6 +150,8 @@ class WebUiDevice(NavigationDevice):
         self._stopped = stopped.data
         if stopped.data:
             self._pending.confirm_stop()
+        else:
+            self._stopped_by = ""
         self._show_stop()
 
     def on_stop_status(self, _: EmergencyStopStatus) -> None:
@@ -298,7 +299,7 @@ class WebUiDevice(NavigationDevice):
             localization=localization.description if localization else "",
             localization_error=views.rounded(error, 3),
             navigation=navigation.state if navigation else "",
-            reason=reason or navigation_reason(navigation, exploring=self._mapping.exploring),
+            reason=reason or self._navigation_reason(exploring=self._mapping.exploring),
             stopped=self._stopped,
             stop_pending=self._pending.stop,
             failures=self._failures,
@@ -312,6 +313,8 @@ class WebUiDevice(NavigationDevice):
     def _why_stopped(self) -> str:
         status = self.stop_status.last
         description = status.description if self._stopped and status else ""
+        if description == PRESSED and self._stopped_by:
+            description = f"{self._stopped_by} pressed the emergency stop."
         return self._pending.stop_warning(self.now_ns) or description
 
     # -- commands of the operator
@@ -359,10 +362,12 @@ class WebUiDevice(NavigationDevice):
                 self._pending.cancel()
                 self.cancel.publish(Empty())
             case do.Stop(key):
+                self._stopped_by = self._stopped_by or (who if is_person(who) else "")
                 self._pending.press(self.now_ns, stopped=self._stopped, key=key)
                 self._show_stop()
             case do.Withdraw(key):
                 self._pending.presses.withdraw(key)
+                self._stopped_by = self._stopped_by if self._stopped else ""
                 self._show_stop()
             case do.ReleaseStop():
                 self._pending.release()

@@ -85,7 +85,7 @@ class WaypointFollowerNode(MissionNode):
         try:
             return self._end(await self._drive(run, len(goal.poses), feedback))
         except Cancelled:
-            self._publish_outcome("The waypoints were cancelled.")
+            self._publish_outcome("The patrol has ended.")
             raise
 
     async def _drive(

@@ -29,6 +29,11 @@ class Visitor(NamedTuple):
     role: Role
 
 
+def is_person(who: str) -> bool:
+    """Return whether `who` gave a command is the name of an invited person, not a role or a program."""
+    return who not in ("", LOCAL.name, *get_args(Role))
+
+
 ENGINEER, GUEST = Visitor("", "engineer"), Visitor("", "guest")
 LOCAL = Visitor("local", "engineer")
 """Visitor of a web UI that is served to its own computer only, where no token is needed."""

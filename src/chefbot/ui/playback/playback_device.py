@@ -12,7 +12,7 @@ from chefbot.errors import ChefbotError, UserError
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.idl.registry import message_type
 from chefbot.msgs.validity import check
-from chefbot.runtime.node import every
+from chefbot.runtime.node import In, every
 from chefbot.runtime.recorded_log import LoggedMessage
 from chefbot.storage.delivery_history import RecordedRound
 from chefbot.ui import commands as do
@@ -25,6 +25,11 @@ from chefbot.ui.web_ui import WebUiDevice
 HZ = 20
 MAX_STEP = 0.5
 """Longest time between two steps that counts, s: a busy computer plays more slowly instead of jumping."""
+OF_THE_MOMENT = (
+    "goal", "path", "local_path", "local_costmap", "candidates", "particles", "scan", "obstacles", "people", "camera",
+    "delivery", "forecast", "mapping", "causes",
+)  # fmt: skip
+"""Layers that show one moment of the robot; what is latched, as the map, is not among them."""
 ONLY_PLAYBACK = "This is a recording; no robot can be controlled here"
 
 
@@ -101,8 +106,13 @@ class PlaybackDevice(WebUiDevice):
         """Forget what is shown, and show what was known at another time."""
         self.tf.clear()
         self._causes, self._diagnostics = CauseHistory(size=KEPT_CAUSES), RecentDiagnostics()
-        for layer in ("goal", "path", "local_path", "people", "delivery", "causes"):
+        self._stopped, self._mapping = False, views.MappingView()
+        for port in vars(self).values():
+            if isinstance(port, In):
+                port.last = None
+        for layer in OF_THE_MOMENT:
             self._server.set_layer(layer, None)
+        self._show_stop()
         self._publish_logged(self.player.jump(to_ns))
 
     def _status(self, pose: SE2 | None) -> views.StatusView:

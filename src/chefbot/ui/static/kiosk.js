@@ -47,14 +47,14 @@ export class Kiosk {
 
   show(delivery) {
     this.delivery = delivery;
-    const { waits_for: waits = "", place = "", state = "", step = "" } = delivery ?? {};
+    const { waits_for: waits = "", place = "", state = "", step = "", round_active: active = false } = delivery ?? {};
     this.press = waits;
     const confirms = waits === "loaded" || waits === "taken";
     const heading = waits === "taken" && state === "waiting" ? tr("{place}: your food", { place: title(place) }) : TITLES[waits] ?? STATES[state] ?? tr("No delivery");
     // who waits for the robot reads from afar where it goes
     const goes = state === "driving" && !waits && step, sentence = translated(step);
     $("kiosk-title").textContent = this.stopped ? tr("Stopped") : goes ? withoutStop(sentence) : heading;
-    $("kiosk-text").textContent = waits === "choice" || state === "failed" || (goes && !this.stopped) ? "" : sentence;
+    $("kiosk-text").textContent = waits === "choice" || state === "failed" || (this.stopped && !active) || (goes && !this.stopped) ? "" : sentence;
     $("kiosk-confirm").hidden = !confirms;
     $("kiosk-confirm").textContent = confirms ? PRESSES[state] : "";
   }

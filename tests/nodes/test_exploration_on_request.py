@@ -5,8 +5,7 @@ from __future__ import annotations
 from tests.support.nodes import NodeRunner
 
 from chefbot.msgs.std_msgs import Bool
-from chefbot.nodes.explorer import READY
-from chefbot.safety.emergency_stop import REFUSED
+from chefbot.nodes.explorer import READY, STOPPED
 
 EXPLORER = {"explorer": "chefbot.nodes.explorer:ExplorerNode"}
 
@@ -48,7 +47,7 @@ def test_it_is_begun_ended_and_begun_again() -> None:
 def test_the_emergency_stop_refuses_it() -> None:
     runner = waiting_explorer()
     order(runner, "emergency_stop", True)
-    assert order(runner, "explore", True) == REFUSED and turns(runner) == 0
+    assert order(runner, "explore", True) == STOPPED and turns(runner) == 0
     assert order(runner, "emergency_stop", False) == READY
     order(runner, "explore", True)
     assert turns(runner) == 1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import itertools
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -67,6 +68,10 @@ def nodes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[NodeRunne
         yield runner
 
 
+NUMBERS = itertools.count()
+"""Ids of the requests to save a map."""
+
+
 def device(nodes: NodeRunner) -> Any:
     return nodes.system.nodes["page"]
 
@@ -80,15 +85,31 @@ def outcome(
     replace: bool = False,
 ) -> str:
     """Save a map and return what the web UI then shows."""
-    before = device(nodes)._mapping.requests
-    device(nodes)._execute_mapping(do.SaveMap(name, replace), newest, places)
+    return outcomes(nodes, do.SaveMap(name, replace, f"{next(NUMBERS)}"), newest=newest, places=places)[-1]
+
+
+def outcomes(
+    nodes: NodeRunner,
+    *requests: do.SaveMap,
+    newest: OccupancyGrid | None = MAP,
+    places: Mapping[str, SE2] = PLACES,
+) -> list[str]:
+    """Request maps to be saved, one after the other, and return what the web UI then shows about each."""
+    for request in requests:
+        device(nodes)._execute_mapping(request, newest, places)
 
     def ended() -> bool:
         nodes.run(0.1)
-        return bool(device(nodes)._mapping.requests > before)
+        return {request.id for request in requests} <= {one.id for one in device(nodes)._mapping.outcomes}
 
     wait_for(ended)
-    return str(device(nodes)._server.layers["mapping"].outcome)
+    shown = {one.id: one.sentence for one in device(nodes)._server.layers["mapping"].outcomes}
+    return [shown[request.id] for request in requests]
+
+
+def test_each_of_two_people_who_save_gets_an_outcome(nodes: NodeRunner) -> None:
+    first, second = outcomes(nodes, do.SaveMap("hall", id="anna"), do.SaveMap("hall", id="ben"))
+    assert first.startswith("Saved.") and second == "There is a map called hall already."
 
 
 def test_a_map_is_saved_under_its_name(nodes: NodeRunner) -> None:

@@ -10,7 +10,7 @@ from tests.ui.chromium import NO_GPU, needs_chromium, open_tab
 from tests.ui.test_map_edit import UP, text_of
 
 from chefbot.ui.commands import DriveOnMap, Explore, MapBuilding, OperatorCommand, ResetMap, SaveMap
-from chefbot.ui.display.views import DeliveryView, LaunchView, MappingView
+from chefbot.ui.display.views import DeliveryView, LaunchView, MappingView, SaveOutcome
 
 RESTART = "The robot's programs start again …"
 
@@ -59,19 +59,24 @@ def test_a_map_of_the_same_name_is_replaced_by_a_second_press(page: Any) -> None
             tab.evaluate(f"document.getElementById('map-name').value = '{name}'")
             assert tab.evaluate("document.getElementById('save-map-form').checkValidity()") == sent
         tab.evaluate("document.getElementById('save-map-form').requestSubmit()")
-        assert next_of(page, SaveMap) == SaveMap("ground_floor")
-        known = MappingView(outcome="There is a map called ground_floor already.", requests=1)
-        page.server.set_layer("mapping", known)
+        known = "There is a map called ground_floor already."
+        others, first = SaveOutcome("other", "Saved. To use it: y."), next_of(page, SaveMap)
+        assert first == SaveMap("ground_floor", id=first.id) and first.id
+        page.server.set_layer("mapping", MappingView(outcomes=(SaveOutcome(first.id, known), others)))
         tab.wait_for("!document.getElementById('replace-map').hidden")
         tab.evaluate("document.getElementById('map-name').oninput()")
         assert tab.evaluate("document.getElementById('replace-map').hidden"), "another name was typed"
         tab.evaluate("document.getElementById('save-map-form').requestSubmit()")
-        page.server.set_layer("mapping", MappingView(outcome=known.outcome, requests=2))
+        second = next_of(page, SaveMap)
+        assert second == SaveMap("ground_floor", id=second.id) and second.id != first.id
+        page.server.set_layer("mapping", MappingView(outcomes=(SaveOutcome(second.id, known),)))
         tab.wait_for("!document.getElementById('replace-map').hidden")
         tab.evaluate(clicked("replace-map"))
-        assert next_of(page, SaveMap) == SaveMap("ground_floor")
-        assert next_of(page, SaveMap) == SaveMap("ground_floor", replace=True)
-        page.server.set_layer("mapping", MappingView(outcome="Saved. To use it: x.", requests=3))
+        third = next_of(page, SaveMap)
+        assert third == SaveMap("ground_floor", replace=True, id=third.id)
+        page.server.set_layer(
+            "mapping", MappingView(outcomes=(SaveOutcome(third.id, "Saved. To use it: x."),))
+        )
         tab.wait_for(f"{text_of('mapping-note')}.startsWith('Saved.')")
         assert tab.evaluate("document.getElementById('replace-map').hidden")
 

@@ -21,9 +21,11 @@ from chefbot.planning.params import PlannerParams
 from chefbot.runtime.actions import action_client
 from chefbot.runtime.coroutines import Cancelled, Task
 from chefbot.runtime.node import In, restored
-from chefbot.safety.emergency_stop import REFUSED, is_pressed, pressed_since
+from chefbot.safety.emergency_stop import is_pressed, pressed_since
 
 READY = "Ready to explore."
+
+STOPPED = "The emergency stop is active. Release STOP, then explore again."
 
 
 class ExplorerNodeParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -66,7 +68,7 @@ class ExplorerNode(ExplorationDrivesNode):
             self._task.cancel()
         elif is_pressed(self.emergency_stop.last):
             self._refused = True
-            self._publish_idle(REFUSED)
+            self._publish_idle(STOPPED)
         elif self._task.done:
             self._session = ExplorationSession()
             self._task = self.spawn(self._explore_once())

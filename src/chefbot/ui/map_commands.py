@@ -107,10 +107,14 @@ class ResetMap(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="re
 
 
 class SaveMap(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="save_map"):
-    """Save the map under a name on the computer that serves the web UI; `replace` one of the same name."""
+    """Save the map under a name on the computer that serves the web UI; `replace` one of the same name.
+
+    Its outcome has the same id.
+    """
 
     name: MapName
     replace: bool = False
+    id: Id = ""
 
 
 class SendMap(OperatorCommand, frozen=True, forbid_unknown_fields=True, tag="send_map"):

@@ -126,16 +126,22 @@ class LaunchView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     ends: bool = False
 
 
+class SaveOutcome(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """How a request to save the map ended, in a sentence."""
+
+    id: str
+    sentence: str
+
+
 class MappingView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Whether the robot explores, what the explorer does, what the mapper has last reported, how the last request to
-    save the map ended, and under which name a map was saved; `requests` counts those that have ended."""
+    """Whether the robot explores, what the explorer does, what the mapper has last reported, how the last requests to
+    save the map ended, the oldest first, and under which name a map was saved."""
 
     exploring: bool = False
     description: str = ""
     mapper: str = ""
-    outcome: str = ""
+    outcomes: tuple[SaveOutcome, ...] = ()
     saved: str = ""
-    requests: int = 0
 
 
 class MapBundleView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -31,7 +31,7 @@ from chefbot.storage.new_map import NO_MAP, save_map_in_frame
 from chefbot.storage.places import places_path, save_places
 from chefbot.storage.zones import zones_path
 from chefbot.ui import commands as do
-from chefbot.ui.display.views import LaunchView, MapBundleView, MappingView
+from chefbot.ui.display.views import LaunchView, MapBundleView, MappingView, SaveOutcome
 from chefbot.ui.missions.model_device import ModelDevice
 from chefbot.ui.web_ui_params import WebUiParams
 
@@ -43,6 +43,8 @@ OTHER_FRAME = (
     "The places and zones of the map before do not fit this one; they are kept with that map, and undoing the change"
     " brings them back."
 )
+SHOWN_OUTCOMES = 8
+"""Number of outcomes that a browser gets together: a layer has its latest value only, and several people save."""
 NO_DRIVE = "Its drive is not kept, so that it cannot be continued."
 
 
@@ -50,7 +52,7 @@ class SaveRequest(NamedTuple):
     """A map to be saved: its name, the places and arguments of the launch, and the map whose frame it has.
 
     arguments: of the launch that uses the map. replace: whether a map of that name is replaced. mapping: whether the
-    robot maps, and does not drive on a map that was saved before.
+    robot maps, and does not drive on a map that was saved before. id: of the command.
     """
 
     name: str
@@ -59,6 +61,7 @@ class SaveRequest(NamedTuple):
     frame_of: Path | None
     replace: bool
     mapping: bool
+    id: str
 
 
 class MappingDevice(ModelDevice):
@@ -135,7 +138,7 @@ class MappingDevice(ModelDevice):
                 self._is_reset = True
                 self.reset_map.publish(Empty())
                 self._server.set_layer("map_error", None)
-            case do.SaveMap(name, replace):
+            case do.SaveMap(name, replace, identifier):
                 self._request_drive()
                 request = SaveRequest(
                     name,
@@ -144,6 +147,7 @@ class MappingDevice(ModelDevice):
                     self._frame_of(),
                     replace,
                     self._is_mapping(),
+                    identifier,
                 )
                 self._disk.submit(self._save, request, newest)
             case do.SendMap(number):
@@ -194,7 +198,7 @@ class MappingDevice(ModelDevice):
                 outcome = NO_MAP if newest is None else saved_map(request, newest.grid)
         except (ChefbotError, OSError) as error:
             outcome = f"The map was not saved: {error}."
-        self.post(lambda: self._end_save(request.name, outcome))
+        self.post(lambda: self._end_save(request, outcome))
 
     def _send(self, number: str) -> None:
         """Send the bundle of the map, in the thread."""
@@ -215,11 +219,12 @@ class MappingDevice(ModelDevice):
         bundle = bundle_path(Path(folder))
         return bundle if folder and bundle.is_file() else None
 
-    def _end_save(self, name: str, outcome: str) -> None:
+    def _end_save(self, request: SaveRequest, outcome: str) -> None:
         if outcome.startswith(SAVED):
-            self._mapping = msgspec.structs.replace(self._mapping, saved=name)
-            self.saved_map.publish(String(name))
-        self._show_mapping(outcome=outcome, requests=self._mapping.requests + 1)
+            self._mapping = msgspec.structs.replace(self._mapping, saved=request.name)
+            self.saved_map.publish(String(request.name))
+        ended = (*self._mapping.outcomes, SaveOutcome(request.id, outcome))
+        self._show_mapping(outcomes=ended[-SHOWN_OUTCOMES:])
 
     def _show_mapping(self, **changes: object) -> None:
         self._mapping = msgspec.structs.replace(self._mapping, **changes)

@@ -8,7 +8,7 @@ export class Mapping {
     this.send = send;
     this.exploring = false;
     this.saved = "";                     // the name of the last request to save
-    this.requests = null;                // number of requests that have ended; null before the first view
+    this.saving = "";                    // id of the request that has not ended
     this.onMap = "";                     // the name of the map that was saved last
     this.launch = null;                  // the launch that runs; null if it cannot be replaced
     this.roundActive = false;
@@ -33,7 +33,8 @@ export class Mapping {
     const name = $("map-name").value.trim();
     this.confirm("");
     this.saved = name;
-    if (this.send({ do: "save_map", name, replace })) $("mapping-note").textContent = tr("Saving …");
+    this.saving = `${Date.now()}-${Math.random().toString(36).slice(2)}`;
+    if (this.send({ do: "save_map", name, replace, id: this.saving })) $("mapping-note").textContent = tr("Saving …");
   }
 
   // Another launch ends deliveries, so it needs a second press, and no round.
@@ -71,11 +72,12 @@ export class Mapping {
     $("exploration").textContent = translated(view.description);
     $("mapper").textContent = translated(view.mapper);
     $("mapper").hidden = !view.mapper;
-    if (this.requests !== null && view.requests !== this.requests) {
-      $("mapping-note").textContent = translated(view.outcome);
-      if (view.outcome.includes(`called ${this.saved} already`)) this.confirm("replace-map");
+    const ended = this.saving && view.outcomes.find(({ id }) => id === this.saving);
+    if (ended) {
+      this.saving = "";
+      $("mapping-note").textContent = translated(ended.sentence);
+      if (ended.sentence.includes(`called ${this.saved} already`)) this.confirm("replace-map");
     }
-    this.requests = view.requests;
     this.onMap = view.saved;
     this.offerSaved();
   }

@@ -129,15 +129,20 @@ def test_the_history_prints_local_time_and_names(
         log = AuditLog(audit_path(robot), print, print)
         for number in range(9):
             record(log, Kind.COMMAND, f"go {number}")
+        record(log, Kind.COMMAND, "put_zone", corners=[(1.23456789, -0.1 - 0.2)], speed=0.3)
         record(log, Kind.CONNECTION, "disconnected")
         log.close()
     with pytest.raises(UserError, match="there are logs of chefbot, other; name a robot"):
         print_history("", 5)
     with pytest.raises(UserError, match="did you mean"):
         print_history("chefbt", 5)
-    print_history("chefbot", 2)
+    print_history("chefbot", 3)
     lines = capsys.readouterr().out.splitlines()
-    assert [line.partition("  ")[2] for line in lines] == [f"anna at 192.168.1.7: go {n}" for n in (7, 8)]
+    assert [line.partition("  ")[2] for line in lines] == [
+        "anna at 192.168.1.7: go 7",
+        "anna at 192.168.1.7: go 8",
+        'anna at 192.168.1.7: put_zone {"corners":[[1.235,-0.3]],"speed":0.3}',
+    ]
     print_history("chefbot", 1, connections=True)
     assert capsys.readouterr().out.rstrip().endswith("anna at 192.168.1.7: disconnected")
     assert sys.platform != "win32"

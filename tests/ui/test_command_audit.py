@@ -67,6 +67,8 @@ def test_a_command_is_recorded_with_who_and_what(log: Log, audit: CommandAudit) 
 
 
 def test_looking_is_not_recorded_even_if_it_is_refused(log: Log, audit: CommandAudit) -> None:
+    zone = do.PutZone("", "keep_out", [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)], preview=True)
+    audit.command(ANNA, zone, "")
     for refusal in ("", "At most 12 topics can be watched at once"):
         audit.command(ANNA, do.Inspect(["/odom"]), refusal)
     audit.command(ANNA, do.Drive(1.0, 0.0), "somebody else drives")

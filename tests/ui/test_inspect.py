@@ -241,6 +241,23 @@ def test_a_value_outside_the_bounds_is_not_sent(tab: Tab, page: Any) -> None:
 
 @pytest.mark.slow
 @needs_chromium
+def test_a_slider_over_decades_is_logarithmic(tab: Tab, page: Any) -> None:
+    opened(tab, "parameters-box")
+    tab.wait_for("document.querySelectorAll('#parameter-node option').length === 2")
+    changed(tab, "#parameter-node", "value = '/base'")
+    weight = ParameterView("weight", "double", 1.0, low=0.1, high=100.0)
+    page.server.set_layer("parameters", (NodeParameters("/base", (weight,)),))
+    slider = "document.querySelector('#parameter-list [type=range]')?.value"
+    tab.wait_for(f"Number({slider}).toFixed(2) === '0.34'")  # a third of three decades
+    for position, value in ((0.66, 9.55), (0, 0.1), (1, 100.0)):
+        changed(tab, "#parameter-list [type=range]", f"value = {position}")
+        assert command_of(page, SetParameter).value == pytest.approx(value, rel=0.01)
+    changed(tab, "#parameter-list [type=number]", "value = 0.25")
+    assert command_of(page, SetParameter).value == 0.25
+
+
+@pytest.mark.slow
+@needs_chromium
 def test_the_log_is_filtered_by_level_and_text(tab: Tab, page: Any) -> None:
     opened(tab, "log-box")
     lines = (

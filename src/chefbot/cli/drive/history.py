@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import msgspec
 from rich.console import Console
 
@@ -30,7 +32,16 @@ def _line(entry: AuditEntry) -> str:
     time = entry.time.astimezone().strftime("%Y-%m-%d %H:%M:%S")
     who = entry.name or entry.role
     address = f" at {entry.address}" if entry.address else ""
-    details = f" {msgspec.json.encode(entry.details).decode()}" if entry.details else ""
+    details = f" {msgspec.json.encode(_rounded(entry.details)).decode()}" if entry.details else ""
     refused = f"; refused: {entry.refused}" if entry.refused else ""
     dropped = f" ({entry.dropped} more before it were not recorded)" if entry.dropped else ""
     return f"{time}  {who}{address}: {entry.action}{details}{refused}{dropped}"
+
+
+def _rounded(value: Any) -> Any:
+    """Return what a command contained with its numbers to a millimetre or a thousandth of a radian."""
+    if isinstance(value, dict):
+        return {key: _rounded(one) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [_rounded(one) for one in value]
+    return round(value, 3) if isinstance(value, float) else value

@@ -56,7 +56,8 @@ class CommandAudit:
 
     def command(self, client: CommandSender, command: OperatorCommand, refusal: str) -> None:
         """Record a command, and why it was refused if it was; a repeated press of the emergency stop only once."""
-        if isinstance(command, Inspect) or (isinstance(command, Drive) and not refusal):
+        looks = isinstance(command, Inspect) or getattr(command, "preview", False)
+        if looks or (isinstance(command, Drive) and not refusal):
             return  # looking changes nothing; driving is recorded by `driver`; both are repeated all the while
         if isinstance(command, Stop) and command.id:
             if command.id in self._presses:

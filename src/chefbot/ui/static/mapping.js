@@ -27,7 +27,10 @@ export class Mapping {
   }
 
   // What would lose a map needs a second press.
-  confirm(id) { for (const one of ["reset-map-sure", "replace-map", "map-sure", "drive-on-map-sure"]) $(one).hidden = one !== id; }
+  confirm(id) {
+    for (const one of ["reset-map-sure", "replace-map", "map-sure", "drive-on-map-sure"]) $(one).hidden = one !== id;
+    if (id) $(id).scrollIntoView({ block: "nearest" });
+  }
 
   save(replace) {
     const name = $("map-name").value.trim();
@@ -50,6 +53,7 @@ export class Mapping {
   }
 
   showLaunch(view) {
+    if (this.launch?.ends && !view?.ends) $("mapping-note").textContent = $("launch-note").textContent = "";   // the other launch runs
     this.launch = view;
     $("launch-box").hidden = !view || view.mapping;
     $("continue-map").hidden = !view?.can_continue;

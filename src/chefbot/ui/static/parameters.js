@@ -3,6 +3,7 @@ import { tr, translated } from "./language.js";
 
 const $ = (id) => document.getElementById(id);
 const STEPS = 50;                        // of a slider at least, where the node names no step: powers of ten
+const DECADES = 100;                     // ratio of the bounds from which a slider is logarithmic
 
 export class Parameters {
   // `changed()` is called when another node is chosen.
@@ -98,14 +99,26 @@ function number(whole) {
     Object.assign(box, { min: low ?? "", max: high ?? "", step: whole ? step || 1 : "any" });
     box.onchange = () => apply(box);
     if (!bounded) return { elements: [box], show: unless(box, (value) => { box.value = value; }) };
-    const slider = input("range");
-    Object.assign(slider, { min: low, max: high, step: step || (whole ? 1 : 10 ** Math.floor(Math.log10((high - low) / STEPS))) });
+    const slider = input("range"), scale = !whole && !step && low > 0 && high / low >= DECADES ? logarithmic(low, high) : linear(low, high, step || (whole ? 1 : 0));
+    Object.assign(slider, scale.range);
     slider.tabIndex = -1;                // the number beside it is enough for the keyboard
     slider.setAttribute("aria-hidden", "true");
-    slider.oninput = () => { box.value = slider.value; };
-    slider.onchange = () => { apply(slider); slider.blur(); };
-    const show = unless(slider, unless(box, (value) => { box.value = slider.value = value; box.value = value; }));
+    slider.oninput = () => { box.value = scale.value(Number(slider.value)); };
+    slider.onchange = () => { slider.oninput(); apply(box); slider.blur(); };
+    const show = unless(slider, unless(box, (value) => { slider.value = scale.position(value); box.value = value; }));
     return { elements: [slider, box], show };
+  };
+}
+
+// How the position of a slider and a value correspond; where bounds are decades apart, by the logarithm.
+function linear(low, high, step) {
+  return { range: { min: low, max: high, step: step || 10 ** Math.floor(Math.log10((high - low) / STEPS)) }, value: String, position: (value) => value };
+}
+function logarithmic(low, high) {
+  return {
+    range: { min: 0, max: 1, step: 1 / STEPS },
+    value: (position) => String(Number(Math.min(high, Math.max(low, low * (high / low) ** position)).toPrecision(3))),
+    position: (value) => Math.log(value / low) / Math.log(high / low),
   };
 }
 

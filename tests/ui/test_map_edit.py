@@ -137,6 +137,18 @@ def test_labels_are_shown_instead_of_names(edited: Any) -> None:
 
 @pytest.mark.slow
 @needs_chromium
+def test_a_form_whose_zone_was_removed_has_a_note(edited: Any) -> None:
+    with open_tab(edited.url, NO_GPU) as tab:
+        opened(tab)
+        tab.evaluate("document.querySelector('#zone-list button').click()")
+        assert "removed" not in tab.evaluate(text_of("edit-note"))
+        edited.server.set_layer("zones", ())
+        tab.wait_for(f"{text_of('edit-note')}.endsWith('was removed in the meantime; saving adds it again.')")
+        assert not tab.evaluate("document.getElementById('zone-form').hidden")
+
+
+@pytest.mark.slow
+@needs_chromium
 def test_what_exists_is_moved_deleted_and_taken_back(edited: Any) -> None:
     with open_tab(edited.url, NO_GPU) as tab:
         opened(tab)

@@ -69,6 +69,7 @@ def test_it_records_the_minute_before_and_what_follows(nodes: NodeRunner) -> Non
     talk(nodes, "before")
     device(nodes)._record("a door that sticks", "anna", on=True)
     assert device(nodes).shown.recording_since == pytest.approx(nodes.loop.now_ns / 1e9)
+    assert device(nodes).shown.recorded_by
     talk(nodes, "during")
     device(nodes)._record("another", "ben", on=True)
     shown = end(nodes)

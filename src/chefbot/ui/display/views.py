@@ -320,12 +320,14 @@ class IncidentsView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     """The newest incidents, and how the last request to save one ended; `requests` counts those that have ended.
 
     recording_since: when the recording began that is under way, s on the robot's clock; None if there is none.
+    recorded_by: who began it.
     """
 
     saved: tuple[SavedIncident, ...] = ()
     outcome: str = ""
     requests: int = 0
     recording_since: float | None = None
+    recorded_by: str = ""
 
 
 class PlaybackView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

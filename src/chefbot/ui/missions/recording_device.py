@@ -49,7 +49,10 @@ class RecordingDevice(IncidentDevice):
             target=self._write_recording, args=(incident, recording), name="recording"
         )
         self._recording_thread.start()
-        self._incidents = msgspec.structs.replace(self._incidents, recording_since=self.now_ns / 1e9)
+        began = self.now_ns / 1e9
+        self._incidents = msgspec.structs.replace(
+            self._incidents, recording_since=began, recorded_by=incident.by
+        )
         self._show_incidents(self._incidents)
 
     def _end_recording(self) -> None:

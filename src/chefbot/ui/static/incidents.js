@@ -19,12 +19,13 @@ export class Incidents {
 
   // The length of the recording that is under way.
   status(status) {
-    if (this.since !== null && status?.clock) $("incident-saved").textContent = tr("Recording for {seconds} s", { seconds: Math.max(0, Math.round(status.clock - this.since)) });
+    if (this.since !== null && status?.clock) $("incident-saved").textContent = tr("Recording for {seconds} s", { seconds: Math.max(0, Math.round(status.clock - this.since)) }) + this.by;
   }
 
   // The newest first, each a link to its file; above, how the last request ended.
-  show({ saved: list, outcome, requests, recording_since: since }) {
+  show({ saved: list, outcome, requests, recording_since: since, recorded_by: by }) {
     this.since = since ?? null;
+    this.by = by ? ` (${by})` : "";
     $("record").setAttribute("aria-pressed", String(this.since !== null));
     $("record").textContent = this.since === null ? tr("Record") : tr("End the recording");
     if (this.requests !== null && requests !== this.requests) $("incident-saved").textContent = translated(outcome);

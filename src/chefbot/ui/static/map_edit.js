@@ -47,6 +47,7 @@ export class MapEdit {
     this.places = list;
     const button = (place) => this.item(title(place.name), () => this.openPlace({ ...place }));
     $("place-list").replaceChildren(...list.map(button));
+    this.noteRemoval(this.place, list);
   }
 
   // The map server publishes zones, perhaps none; without it, as while mapping, there is no map to change.
@@ -57,6 +58,12 @@ export class MapEdit {
     this.zones = list ?? [];
     const button = (zone) => this.item(title(zone.title), () => this.openZone({ ...zone, corners: zone.corners.map((corner) => [...corner]) }));
     $("zone-list").replaceChildren(...this.zones.map(button));
+    this.noteRemoval(this.zone, this.zones);
+  }
+
+  // Another person has removed what this one is changing.
+  noteRemoval(edited, list) {
+    if (edited?.name && !this.saving && !list.some(({ name }) => name === edited.name)) this.note(tr("{name} was removed in the meantime; saving adds it again.", { name: title(edited.title ?? edited.name) }));
   }
 
   showMapping(view) {

@@ -68,7 +68,7 @@ def test_returns_too_far_to_be_drawn_keep_the_pose(ring, drive, odometry) -> Non
         for seed in (1, 2, 3):
             params = GmappingParams(particles=15, seed=seed, max_range=2.0, match_range=match_range)
             odom = odometry(truth, seed, 0.05, 0.05, 0.02)
-            slam, found = run(ring, truth, odom, params, CAMERA, SE2(0.1, 0, 0), near=0.45)
+            _, found = run(ring, truth, odom, params, CAMERA, SE2(0.1, 0, 0), near=0.45)
             errors[match_range] += float(np.square(found[:, :2]).sum(axis=1).mean())
     assert errors[8.0] < 0.5 * errors[2.0]
 

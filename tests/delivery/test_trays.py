@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from chefbot.delivery.mission import DeliveryRound
-from chefbot.delivery.round_outcome import OrderOutcome
+from chefbot.delivery.round_outcome import OrderError, OrderOutcome
 from chefbot.delivery.trays import stops_left, with_kitchen
 from chefbot.msgs.chefbot_msgs import Order
 
@@ -116,11 +116,34 @@ def test_tables_on_the_trays_come_before_those_in_the_kitchen() -> None:
 
 def test_before_loading_the_order_decides_what_is_loaded() -> None:
     service = Service(2, "table_1", "table_2", "table_3")
-    one = service.until("loading")
+    one = service.until("driving", "kitchen")
     one.change_queue("a", ["table_3", "table_2", "table_1"])
+    service.until("loading")
     assert "tray 1: table 3; tray 2: table 2." in one.status.description
     service.step()
     assert one.status.on_trays == ("table_3", "table_2")
+
+
+@pytest.mark.parametrize("queue", [("table_2", "table_1", "table_3"), ("table_2", "table_3"), ("table_1",)])
+def test_trays_that_are_being_loaded_keep_their_tables(queue: tuple[str, ...]) -> None:
+    service = Service(2, "table_1", "table_2", "table_3")
+    one = service.until("loading")
+    before = one.status
+    with pytest.raises(OrderError, match="being loaded"):
+        one.change_queue("a", queue)
+    assert one.status == before
+    one.change_queue("a", ("table_1", "table_2"))
+    service.step()
+    assert one.status.on_trays == ("table_1", "table_2") and one.status.skipped_reasons
+
+
+def test_a_table_is_not_moved_before_those_with_food_on_a_tray() -> None:
+    service = Service(2, "table_1", "table_2", "table_3", "table_4")
+    one = service.until("driving", "table_1")
+    with pytest.raises(OrderError, match="served first"):
+        one.change_queue("a", ("table_3", "table_2", "table_4"))
+    one.change_queue("a", ("table_2", "table_4", "table_3"))
+    assert one.status.queue == ("table_2", "table_4", "table_3")
 
 
 def test_food_that_nobody_took_is_brought_back_to_the_kitchen() -> None:

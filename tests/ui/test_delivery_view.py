@@ -221,6 +221,20 @@ def test_the_choices_depend_on_the_state(state: str) -> None:
         assert ("kitchen" in text) == (state == "driving" and loaded)
 
 
+@pytest.mark.parametrize(
+    ("reason", "is_failed"),
+    [
+        ("table 1: nobody took the food", False),
+        ("table 1 was not reached: no path leads to the goal", True),
+        (None, True),
+    ],
+)
+def test_what_people_did_is_no_failure_of_the_robot(reason: str | None, is_failed: bool) -> None:
+    status = DeliveryStatus(state="failed", skipped_reasons=(reason,) if reason else ())
+    assert delivery_view(status, "").failed == is_failed
+    assert not delivery_view(msgspec.structs.replace(status, state="idle"), "").failed
+
+
 def test_unserved_tables_are_listed() -> None:
     assert status_messages.ended([]) == "The round was ended."
     assert "table 1 and table 2" in status_messages.ended(["table_1", "table_2"])

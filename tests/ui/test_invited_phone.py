@@ -15,7 +15,7 @@ from chefbot.devices import state_files
 from chefbot.ui.access.addresses import host_names
 from chefbot.ui.access.invitations import Invitations
 from chefbot.ui.access.visitors import GUEST
-from chefbot.ui.display.views import DeliveryView, StatusView
+from chefbot.ui.display.views import DeliveryView, StatusView, StopView
 from chefbot.ui.files import static_files
 from chefbot.ui.request_guard import INVALID_TOKEN
 from chefbot.ui.server import REVOKED, WebUiServer
@@ -59,6 +59,7 @@ def test_the_page_opens_without_the_robot() -> None:
         tab.wait_for(
             "/connect/i.test(document.getElementById('phase').textContent)"
         )  # connecting, or no connection
+        assert tab.evaluate("document.body.dataset.role") == "waiter", "an engineer's tools are not shown"
         tab.click("#stop")
         tab.wait_for("document.getElementById('stop').textContent.includes('not confirmed')")
         server, _ = serve(port)
@@ -78,6 +79,8 @@ def test_the_page_reports_a_revoked_link() -> None:
         assert tab.evaluate("document.querySelector('[data-tab=drive]').textContent") == "Camera"
         server.set_layer("status", StatusView(warnings=("Wire: messages are lost on /odom", "Battery: low")))
         tab.wait_for("document.getElementById('warnings').textContent === 'Battery: low'")
+        server.set_layer("stop", StopView(stopped=True))
+        tab.wait_for("document.body.classList.contains('stopped')")
         invitations.revoke("anna")
         tab.wait_for(f"document.body.textContent.includes({json.dumps(REVOKED)})")
         tab.wait_for(f"!({UP})")
@@ -85,6 +88,7 @@ def test_the_page_reports_a_revoked_link() -> None:
         assert tab.evaluate(
             "document.getElementById('panels').inert && document.getElementById('notice-close').hidden"
         )
+        assert not tab.evaluate("document.body.classList.contains('stopped')"), "nobody here knows"
         tab.evaluate("location.hash = '#kiosk'")
         tab.wait_for(f"document.getElementById('kiosk-text').textContent === {json.dumps(INVALID_TOKEN)}")
         token = invitations.invite("anna", "waiter")

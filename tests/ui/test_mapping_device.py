@@ -16,6 +16,7 @@ from tests.support.waiting import wait_for
 from tests.ui.test_map_edit_device import Shown
 
 from chefbot.devices.state_files import maps_folder
+from chefbot.errors import UserError
 from chefbot.mapping.map_format import encode_map_yaml, encode_pgm
 from chefbot.maths.grid import Grid
 from chefbot.maths.se2 import SE2
@@ -105,6 +106,17 @@ def outcomes(
     wait_for(ended)
     shown = {one.id: one.sentence for one in device(nodes)._server.layers["mapping"].outcomes}
     return [shown[request.id] for request in requests]
+
+
+def test_no_other_goal_ends_an_exploration(nodes: NodeRunner) -> None:
+    page = device(nodes)
+    page._check_exploration(do.GoPlace("kitchen"))
+    nodes.loop.publish("exploration_status", ExplorationStatus(Header(), False, 1, "Exploring."), "explorer")
+    nodes.run(0.1)
+    for command in (do.GoPlace("kitchen"), do.Goal(0.0, 0.0, 0.0), do.Patrol(["bar"]), do.Follow()):
+        with pytest.raises(UserError, match="end the exploration first"):
+            page._check_exploration(command)
+    page._check_exploration(do.Cancel())
 
 
 def test_each_of_two_people_who_save_gets_an_outcome(nodes: NodeRunner) -> None:

@@ -7,10 +7,12 @@ from typing import Any
 from urllib.parse import urlsplit
 
 import pytest
+from tests.support.waiting import wait_for
 from tests.support.web_ui import show_a_room
 from tests.ui.chromium import NO_GPU, Tab, needs_chromium, open_tab
 from tests.ui.faulty_network import FaultyNetwork
 
+from chefbot.storage.delivery_history import RecordedRound, RecordedStop
 from chefbot.ui.commands import Cancel, Deliver
 from chefbot.ui.display.views import DeliveryView, WaitingOrderView
 from chefbot.ui.server import WebUiServer
@@ -87,6 +89,31 @@ def test_a_command_that_was_lost_stays_reported(page: Any, network: FaultyNetwor
     tab.evaluate("document.getElementById('deliver').click()")
     assert page.next_command() == Deliver(["table_1"])
     assert "before the robot confirmed" in tab.evaluate(NOTICE)
+
+
+def test_two_restarts_in_a_row_lose_no_report(page: Any, network: FaultyNetwork, tab: Tab) -> None:
+    page.server.set_layer(
+        "delivery", DeliveryView(state="driving", place="table_1", loaded=True, round_active=True)
+    )
+    tab.wait_for("!document.getElementById('cancel').hidden")
+    servers = [WebUiServer(0, "127.0.0.1", lambda command, _: page.commands.put(command)) for _ in range(2)]
+    try:
+        for number, server in enumerate(servers):
+            if number:
+                server.set_layer("delivery", DeliveryView(step="Waiting for an order.", state="idle"))
+            network.target = urlsplit(server.start()).port or 0
+            network.reset()
+            wait_for(lambda server=server: server.clients > 0)
+        tab.wait_for(f"{NOTICE} === 'chefbot was restarted and lost the round. Not served: Table 1.'")
+        stops = (RecordedStop("table_1", "", None),)
+        rounds = (RecordedRound("anna", False, "2026-11-27T12:00:00+00:00", None, None, "", stops),)
+        servers[1].set_layer("history", rounds)
+        tab.wait_for("document.querySelector('#history button')?.textContent === 'Order Table 1 again'")
+        servers[1].set_layer("delivery", DeliveryView(state="loading", round_active=True))
+        tab.wait_for("!document.querySelector('#history button')")
+    finally:
+        for server in servers:
+            server.stop()
 
 
 @pytest.mark.parametrize("has_the_round", [False, True])

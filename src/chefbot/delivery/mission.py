@@ -19,8 +19,8 @@ from chefbot.delivery.status_messages import IDLE_STATES, ROUND_STATES
 from chefbot.delivery.trays import (
     has_food,
     is_going_home,
-    loaded_first,
     on_board,
+    resorted,
     take_from_tray,
     trip_is_over,
 )
@@ -182,11 +182,11 @@ class DeliveryRound(RoundState):
         if not self.in_progress or order_id != self.status.order_id or wanted - left:
             is_over = bool(order_id) and not places
             raise OrderError(status_messages.ORDER_ENDED if is_over else status_messages.QUEUE_CHANGED)
-        left_out = tuple((left - wanted).elements())
+        queue, left_out = resorted(self.status, places, self.trays), tuple((left - wanted).elements())
         for place in left_out:
             self._add_missed(status_messages.left_out(place))
         self._keep_food(on_board(self.status, left_out))
-        self._update_status(queue=loaded_first(self.status, places))
+        self._update_status(queue=queue)
         if not places and not self.status.loaded:
             self._end_round(status_messages.NOTHING_LEFT)
         elif self.status.hold_reason:

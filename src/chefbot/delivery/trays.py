@@ -9,7 +9,11 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 
+from chefbot.delivery.round_outcome import OrderError
 from chefbot.msgs.chefbot_msgs import DeliveryStatus
+
+BEING_LOADED = "The trays are being loaded for these tables; press 'Loaded' first, then change the round."
+LOADED_FIRST = "The tables whose food is on a tray are served first."
 
 
 def take_from_tray(on_trays: tuple[str, ...], place: str) -> tuple[str, ...]:
@@ -29,6 +33,16 @@ def loaded_first(status: DeliveryStatus, queue: Sequence[str]) -> tuple[str, ...
         (loaded if food[table] > 0 else others).append(table)
         food[table] -= 1
     return (*loaded, *others)
+
+
+def resorted(status: DeliveryStatus, queue: Sequence[str], trays: int) -> tuple[str, ...]:
+    """Return the queue after a change of it. OrderError where food would go to another table, or nothing changes."""
+    if status.state == "loading" and trays > 1 and queue and tuple(queue[:trays]) != status.queue[:trays]:
+        raise OrderError(BEING_LOADED)
+    changed = loaded_first(status, queue)
+    if changed == status.queue != tuple(queue):
+        raise OrderError(LOADED_FIRST)
+    return changed
 
 
 def carried(status: DeliveryStatus, queue: Sequence[str]) -> int:

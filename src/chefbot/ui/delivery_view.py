@@ -13,6 +13,7 @@ from chefbot.delivery.status_messages import (
     QUEUE_CHANGED,
     ROUND_STATES,
     for_guest,
+    is_failure,
 )
 from chefbot.delivery.trays import is_going_home
 from chefbot.errors import UserError
@@ -44,7 +45,7 @@ KITCHEN, HOME = DeliveryParams().kitchen, DeliveryParams().home
 def delivery_view(status: DeliveryStatus, unanswered: str) -> DeliveryView:
     """Convert the status to the layer; `unanswered` is a warning about an order that was not accepted, or
     empty."""
-    choice = status.hold_reason == "choice"
+    choice, missed = status.hold_reason == "choice", status.skipped_reasons
     return DeliveryView(
         queue=status.queue,
         order_id=status.order_id,
@@ -56,9 +57,10 @@ def delivery_view(status: DeliveryStatus, unanswered: str) -> DeliveryView:
         choices=_choices(status),
         round_active=status.state in ROUND_STATES,
         delivered=status.delivered,
-        missed=status.skipped_reasons,
+        missed=missed,
         loaded=status.loaded,
         unserved=_unserved(status),
+        failed=status.state == "failed" and (not missed or any(map(is_failure, missed))),
         orders=tuple(WaitingOrderView(id=order.id, places=order.places) for order in status.pending_orders),
         errands=tuple(errand.name for errand in status.errands),
     )

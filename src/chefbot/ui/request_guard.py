@@ -27,7 +27,9 @@ its ports, and robots may share a host."""
 COOKIE_DAYS = 400
 """Time for which a browser keeps an invited person's token; browsers allow no longer one (RFC 6265bis, 5.5)."""
 WRONG_HOST = "The Host header does not name the robot; use its IP address or localhost, or add it to names."
-NO_TOKEN = "Open the address with the token that chefbot printed at its start."
+NO_TOKEN = (
+    "Open the link that you were given, or the address with the token that chefbot printed at its start."
+)
 INVALID_TOKEN = "This link is not valid, or no longer valid; ask for a new one."
 
 

@@ -326,6 +326,7 @@ class WebUiDevice(NavigationDevice):
             self._inspect(command, who)
             return
         validate_command(command, self._places, self._round)
+        self._check_exploration(command)
         if isinstance(command, do.ReleaseStop) and command.pressed not in ("", self._last_stop.pressed):
             raise UserError(
                 "Emergency stop was pressed again in the meantime; check the robot, then release STOP again"

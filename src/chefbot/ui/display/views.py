@@ -275,6 +275,8 @@ class DeliveryView(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     missed: tuple[str, ...] = ()
     """Why tables of this order were not served, a sentence each."""
     unserved: tuple[str, ...] = ()
+    failed: bool = False
+    """Whether the robot, and not a person, is why the last round did not serve all its tables."""
     """Tables of the last order that were not served and are not ordered again."""
     orders: tuple[WaitingOrderView, ...] = ()
     """Waiting orders, in the order in which they begin."""

@@ -154,6 +154,11 @@ class MappingDevice(ModelDevice):
                 self._request_drive()
                 self._disk.submit(self._send, number)
 
+    def _check_exploration(self, command: do.OperatorCommand) -> None:
+        """Raise UserError for a command that would end the exploration of another person by the way."""
+        if self._mapping.exploring and isinstance(command, do.Goal | do.GoPlace | do.Patrol | do.Follow):
+            raise UserError("The robot explores the building; end the exploration first")
+
     def _frame_of(self) -> Path | None:
         """Return the map whose frame the present one has, None if it was begun in this launch."""
         status = self.launch_status.last

@@ -18,6 +18,7 @@ import { keepOnDevice } from "./offline.js";
 import { Overlay } from "./overlay.js";
 import { Panels } from "./panels.js";
 import { Playback } from "./playback.js";
+import { showRole } from "./role.js";
 import { Link } from "./socket.js";
 import { Solid } from "./solid.js";
 import { StopButton } from "./stop_button.js";
@@ -43,6 +44,7 @@ let following = true, whole = true, lastData = 0, refusal = 0, whereAsked = 0, f
 let complete = false;                    // whether the map has arrived, if there is one: places alone would jump
 let viewsBelow = false;                  // whether buttons lie below the map, too
 let cameraInView = false, solid = null, kiosk = null, inspect = null, address = null;
+let lasting = "";                        // a notice that only a person closes
 let unserved = "";                       // tables of a round of which a restarted server has not reported yet
 
 const link = new Link(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/live`, shownLayers);
@@ -240,7 +242,7 @@ function take(layer, value) {
 
 // A server that was restarted may know nothing of what the page still shows.
 function forget() {
-  unserved = panels.round.unserved();
+  unserved ||= panels.round.unserved();   // it may restart again before it knows of a round
   for (const layer of data.keys()) if (!OF_THE_ROBOT.has(layer)) take(layer, null);
 }
 
@@ -248,7 +250,7 @@ function forget() {
 function reportLostRound(delivery) {
   if (!unserved || !delivery) return;
   if (!delivery.round_active && !delivery.orders.length) {
-    showNotice(tr("chefbot was restarted and lost the round. Not served: {places}.", { places: unserved }), { stays: true, urgent: true });
+    showNotice(lasting = tr("chefbot was restarted and lost the round. Not served: {places}.", { places: unserved }), { stays: true, urgent: true });
   }
   unserved = "";
 }
@@ -256,8 +258,7 @@ function reportLostRound(delivery) {
 link.addEventListener("layer", ({ detail: { layer, value } }) => take(layer, value));
 link.addEventListener("greeted", ({ detail: { arrived, restarted, role, hasMap } }) => {
   if (!hasMap) showFirstPicture();
-  document.body.dataset.role = role;      // the style sheet hides what it may not command
-  document.querySelector("[data-tab=drive]").textContent = role === "waiter" ? tr("Camera") : tr("Drive");
+  showRole(role);
   if (arrived) {
     showNotice(tr("Reconnected. The robot received the last command."));
     panels.orderArrived();
@@ -273,7 +274,7 @@ link.addEventListener("up", () => {
   stop.connected();
   kiosk.connected(data.get("delivery"));
   solid.reload();
-  if (!keepNotice) showNotice(loadError);
+  if (!keepNotice) showNotice(lasting || loadError, { stays: Boolean(lasting) });
   keepNotice = false;
 });
 link.addEventListener("down", ({ detail: lost }) => {
@@ -293,6 +294,7 @@ link.addEventListener("down", ({ detail: lost }) => {
 link.addEventListener("locked", ({ detail }) => {
   keepNotice = true;
   kiosk.lock(detail);
+  stop.unknown();
   $("panels").inert = true;              // what it shows is old, and commands would be lost
   showNotice(translated(detail), { stays: true, urgent: true });
   $("notice-close").hidden = true;
@@ -359,7 +361,7 @@ $("language").onchange = () => {
   showNotice(tr("This browser cannot store settings, so the web UI follows the browser's language."));
 };
 if (loadError) showNotice(loadError, { stays: true });
-$("notice-close").onclick = () => showNotice("");
+$("notice-close").onclick = () => showNotice(lasting = "");
 setTimeout(showFirstPicture, MAP_PATIENCE);
 $("where").onclick = () => {
   clearTimeout(whereAsked);

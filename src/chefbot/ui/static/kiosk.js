@@ -47,10 +47,10 @@ export class Kiosk {
 
   show(delivery) {
     this.delivery = delivery;
-    const { waits_for: waits = "", place = "", state = "", step = "", round_active: active = false } = delivery ?? {};
+    const { waits_for: waits = "", place = "", state = "", step = "", round_active: active = false, failed = false } = delivery ?? {};
     this.press = waits;
     const confirms = waits === "loaded" || waits === "taken";
-    const heading = waits === "taken" && state === "waiting" ? tr("{place}: your food", { place: title(place) }) : TITLES[waits] ?? STATES[state] ?? tr("No delivery");
+    const heading = waits === "taken" && state === "waiting" ? tr("{place}: your food", { place: title(place) }) : TITLES[waits] ?? STATES[state] ?? (failed ? tr("Please call the staff") : tr("No delivery"));
     // who waits for the robot reads from afar where it goes
     const goes = state === "driving" && !waits && step, sentence = translated(step);
     $("kiosk-title").textContent = this.stopped ? tr("Stopped") : goes ? withoutStop(sentence) : heading;
@@ -110,5 +110,5 @@ export class Kiosk {
 const PRESSES = { loading: tr("Loaded"), waiting: tr("Taken"), unloading: tr("Unloaded") };
 const TITLES = { loaded: tr("Load the food"), choice: tr("Please call the staff") };
 const STATES = {
-  unloading: tr("Unload the food"), driving: tr("On the way"), returning: tr("On the way back"), errand: tr("On the way"), failed: tr("Please call the staff"),
+  unloading: tr("Unload the food"), driving: tr("On the way"), returning: tr("On the way back"), errand: tr("On the way"),
 };

@@ -21,6 +21,8 @@ export class RoundCard {
     this.value = null;
     this.queue = this.orders = "[]";
     this.forecast = [];                  // stops that are left, with metres, seconds and battery
+    this.rounds = [];                    // of the history
+    this.busy = true;                    // whether a round or an order is under way
     this.stopped = false;                // by the emergency stop
     this.since = performance.now();      // when the robot was connected
     for (const press of ["loaded", "taken", "not_taken"]) {
@@ -61,6 +63,8 @@ export class RoundCard {
     this.showOrders(value?.orders ?? []);
     $("shortest").hidden = (value?.queue ?? []).length < 2;
     this.showForecast(this.forecast);
+    const busy = !value || value.round_active || value.orders.length > 0;
+    if (busy !== this.busy) { this.busy = busy; this.showHistory(this.rounds); }
     document.body.classList.toggle("waits", Boolean(waits) && !isGuest());
     if (waits === "choice" && !waited) $("round").scrollIntoView({ block: "nearest" });   // a phone may show what is below
     if (!value?.round_active) this.answer("");
@@ -149,6 +153,7 @@ export class RoundCard {
 
   // The newest rounds first, each with what became of its tables.
   showHistory(rounds) {
+    this.rounds = rounds;
     $("history-box").hidden = !rounds.length;
     $("history").replaceChildren(...rounds.map((round) => {
       const item = document.createElement("li"), head = document.createElement("b");
@@ -160,9 +165,10 @@ export class RoundCard {
     }));
   }
 
-  // A button that orders the tables of a round that have not received their food, if there are some.
+  // A button that orders the tables of a round that have not received their food, if there are some; a round that has
+  // no end although the robot is idle was lost by a restart.
   orderAgain({ ended, stops }) {
-    const tables = ended ? stops.filter(({ outcome }) => outcome !== "taken").map(({ place }) => place) : [];
+    const tables = ended || !this.busy ? stops.filter(({ outcome }) => outcome !== "taken").map(({ place }) => place) : [];
     if (!tables.length) return [];
     const button = document.createElement("button");
     button.textContent = tr("Order {places} again", { places: names(tables) });

@@ -26,6 +26,9 @@ export class StopButton {
 
   take(view) { this.press.take(view); }
 
+  // The robot does not admit this browser, so that nobody here knows whether it is stopped.
+  unknown() { this.press.take({ stopped: false, requested: false, confirmed: [], pressed: "" }); }
+
   connected() { this.press.repeat(); }
 
   release() {

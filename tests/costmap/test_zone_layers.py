@@ -167,7 +167,7 @@ def test_small_motions_of_the_frame_add_up() -> None:
 def test_zones_that_are_withdrawn_leave_no_cost_and_no_lane() -> None:
     costs = costmap(KeepOutLayer, PreferredLayer, OneWayLayer)
     set_zones(costs, *(zone(kind, kind) for kind in (KEEP_OUT, PREFERRED, ONE_WAY)))
-    assert costs.update().cells.any() and costs.update().lanes.names == (ONE_WAY,)
+    assert costs.update().cells.any() and costs.update().lanes.names == ("one-way lane one way",)
     set_zones(costs)
     assert not costs.update().cells.any() and costs.update().lanes is NO_LANES
 
@@ -179,7 +179,7 @@ def test_a_lane_turns_with_its_frame(direction: float, yaw: float) -> None:
     centred = [(x - 0.75, y - 0.75) for x, y in SQUARE]
     set_zones(costs, zone("out", ONE_WAY, centred, direction), frame=frame)
     lanes = costs.update().lanes
-    assert lanes.names == ("out",) and lanes.number[10, 12] == 1 and lanes.number[0, 0] == 0
+    assert lanes.names == ("one-way lane out",) and lanes.number[10, 12] == 1 and lanes.number[0, 0] == 0
     assert lanes.directions[0].tolist() == [0.0, 0.0]
     assert lanes.directions[1] == pytest.approx([math.cos(direction + yaw), math.sin(direction + yaw)])
 

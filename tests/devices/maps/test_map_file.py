@@ -281,7 +281,7 @@ def test_the_first_change_of_a_map_is_not_overwritten_either(path: Path) -> None
     untouched = runner.messages("map_edit_result")[-1].last_id
     assert result_of(runner, MapEdit("a", places=(BAR,), seen_change=untouched)).applied
     refused = result_of(runner, MapEdit("b", deleted_places=("bar",), seen_change=untouched))
-    changed = "The map has changed in the meantime (last change: Bar was added); look at it and press again"
+    changed = "The map has changed in the meantime (last change: Café was added); look at it and press again"
     assert (refused.applied, refused.description) == (False, changed)
     assert result_of(runner, MapEdit("c", undo=True, seen_change="a")).last_id == untouched
 

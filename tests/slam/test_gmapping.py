@@ -61,25 +61,6 @@ def test_a_depth_camera_improves_good_odometry(ring, drive, odometry, seed: int)
     assert np.hypot(errors[:, 0], errors[:, 1]).max() < 0.3
 
 
-@pytest.mark.slow
-def test_returns_too_far_to_be_drawn_keep_the_pose(ring, drive, odometry) -> None:
-    truth, errors = drive(2.0), {2.0: 0.0, 8.0: 0.0}
-    for match_range in errors:
-        for seed in (1, 2, 3):
-            params = GmappingParams(particles=15, seed=seed, max_range=2.0, match_range=match_range)
-            odom = odometry(truth, seed, 0.05, 0.05, 0.02)
-            _, found = run(ring, truth, odom, params, CAMERA, SE2(0.1, 0, 0), near=0.45)
-            errors[match_range] += float(np.square(found[:, :2]).sum(axis=1).mean())
-    assert errors[8.0] < 0.5 * errors[2.0]
-
-
-def test_a_return_between_both_ranges_is_free_up_to_the_lower() -> None:
-    slam = Gmapping(GmappingParams(particles=1, max_range=3.0, match_range=8.0))
-    slam.update(np.zeros(1, np.float32), np.array([6.0], np.float32), SE2(0, 0, 0))
-    grid = slam.map()
-    assert grid.at(2.9, 0) < 25 and grid.at(3.2, 0) == -1 and (grid.cells < 65).all()
-
-
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_a_bare_corridor_keeps_the_odometry_length(corridor, seed: int) -> None:
     truth = [SE2(x, 0, 0) for x in np.arange(-15, 15, 0.1)]

@@ -116,13 +116,8 @@ class Gmapping:
             return False
         # REP-117: a range beyond the maximum is no return
         ranges = np.where(ranges >= range_max, np.float32(np.inf), ranges)
-        params = self._params
-        beams = beams_of(angles, ranges, self._sensor, params.max_range, params.clear_range)
-        # Returns too noisy to be drawn, as a depth camera's, still show the heading
-        matched = beams
-        if params.match_range > params.max_range:
-            matched = beams_of(angles, ranges, self._sensor, params.match_range, params.clear_range)
-        self._process(beams, matched, is_first)
+        beams = beams_of(angles, ranges, self._sensor, self._params.max_range, self._params.clear_range)
+        self._process(beams, is_first)
         self._processed_odom = odom
         self._odometry_step = OdometryStep()
         return True
@@ -136,14 +131,13 @@ class Gmapping:
                 f"a scan has {np.shape(angles)} angles and {np.shape(ranges)} ranges: give one for each beam"
             )
 
-    def _process(self, beams: Beams, matched: Beams, is_first: bool) -> None:
-        """Process the beams of a scan that are drawn, and those that are matched."""
+    def _process(self, beams: Beams, is_first: bool) -> None:
         # Measurement: beam end points at the resolution of each level
-        points = [level.points(matched.surfaces) for level in self._levels]
+        points = [level.points(beams.surfaces) for level in self._levels]
         # 1. Prediction: sample from the odometry motion model, or about the pose at which another drive begins
         prior, self._relocation = self._relocation if is_first else self._predict(), None
         if prior is not None:
-            self._grow_maps(reach(matched))
+            self._grow_maps(reach(beams))
             # 2. Scan matching and importance weighting: w *= p(z | m, x)
             self._match(points, prior)
         self._pending_scans.append(beams)
@@ -152,7 +146,7 @@ class Gmapping:
             self._resample()
         # 4. Map update: insert the scan into every particle's map
         self._ancestry.append(self._poses)
-        self._grow_maps(reach(matched))
+        self._grow_maps(reach(beams))
         for level, scan_points in zip(self._levels, points, strict=True):
             level.add(scan_points, self._poses)
 

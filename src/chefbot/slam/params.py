@@ -39,7 +39,9 @@ class GmappingParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     ] = 80.0
     match_range: Annotated[
         float,
-        Meta(gt=0.0, le=200.0, description="returns up to here are matched, even where they mark no cell, m"),
+        Meta(
+            gt=0.0, le=200.0, description="returns farther than this are not used in the joint adjustment, m"
+        ),
     ] = MATCH_RANGE
     clear_range: Annotated[
         float, Meta(ge=0.0, le=200.0, description="a beam without return clears the map up to here, m")

@@ -26,9 +26,7 @@ class ScanTracker:
     """Tracks the pose of a sensor in its own frame at the first scan; its mount on the robot is not needed."""
 
     def __init__(self, max_range: float) -> None:
-        self._slam = Gmapping(
-            msgspec.structs.replace(TRACKER_PARAMS, max_range=max_range, match_range=max_range)
-        )
+        self._slam = Gmapping(msgspec.structs.replace(TRACKER_PARAMS, max_range=max_range))
 
     def add(self, angles: NDArray[np.float32], ranges: NDArray[np.float32], moved: SE2, limit: float) -> SE2:
         """Return the sensor's pose at a scan.

@@ -218,14 +218,14 @@ def test_what_covers_the_goal_or_the_robot_is_named() -> None:
     hall = Hall()
     hall.mark(5.2, 2.0)
     hall.mark(1.0, 2.2)
-    for failure, where in (
-        (PlanningFailure.GOAL_OCCUPIED, (5.225, 2.025)),
-        (PlanningFailure.START_OCCUPIED, (1.025, 2.225)),
+    for failure, where, because in (
+        (PlanningFailure.GOAL_OCCUPIED, (5.225, 2.025), " because of an obstacle"),
+        (PlanningFailure.START_OCCUPIED, (1.025, 2.225), ""),
     ):
         cause = hall.fail(failure)
         assert (cause.kind, cause.check, cause.sensor) == (FAILURE, "global plan", LIDAR)
         assert place(cause) == pytest.approx(where)
-        assert cause.sentence == f"{failure.value[0].upper()}{failure.value[1:]} because of an obstacle."
+        assert cause.sentence == f"{failure.value[0].upper()}{failure.value[1:]}{because}."
 
 
 def test_a_wall_beside_an_occupied_goal_is_the_maps() -> None:

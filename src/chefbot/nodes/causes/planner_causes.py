@@ -84,7 +84,8 @@ class PlannerCausesNode(GlobalCostmapNode, CauseReportsNode):
         elif error.failure not in (PlanningFailure.GOAL_OCCUPIED, PlanningFailure.START_OCCUPIED):
             cell = None
         place = marked_place(self._costs, cell, "map", self.robot)
-        reason = f"{error}{_because(place, lane)}"
+        because = "" if error.failure is PlanningFailure.START_OCCUPIED else _because(place, lane)
+        reason = f"{error}{because}"
         self.report_once(make_report(FAILURE, "global plan", f"{reason[0].upper()}{reason[1:]}.", place))
         return reason
 

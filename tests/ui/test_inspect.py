@@ -195,12 +195,17 @@ def opened(tab: Tab, box: str) -> None:
     tab.evaluate(f"document.getElementById('{box}').open = true")
 
 
-@pytest.mark.slow
-@needs_chromium
-def test_parameters_are_set_by_slider_box_and_list(tab: Tab, page: Any) -> None:
+def choose_base(tab: Tab) -> None:
+    """Look at the parameters of the node /base."""
     opened(tab, "parameters-box")
     tab.wait_for("document.querySelectorAll('#parameter-node option').length === 2")
     changed(tab, "#parameter-node", "value = '/base'")
+
+
+@pytest.mark.slow
+@needs_chromium
+def test_parameters_are_set_by_slider_box_and_list(tab: Tab, page: Any) -> None:
+    choose_base(tab)
     while command_of(page, Inspect).nodes != ("/base",):
         pass
     page.server.set_layer("parameters", (NodeParameters("/base", PARAMETERS),))
@@ -229,9 +234,7 @@ def test_parameters_are_set_by_slider_box_and_list(tab: Tab, page: Any) -> None:
 @pytest.mark.slow
 @needs_chromium
 def test_a_value_outside_the_bounds_is_not_sent(tab: Tab, page: Any) -> None:
-    opened(tab, "parameters-box")
-    tab.wait_for("document.querySelectorAll('#parameter-node option').length === 2")
-    changed(tab, "#parameter-node", "value = '/base'")
+    choose_base(tab)
     page.server.set_layer("parameters", (NodeParameters("/base", PARAMETERS),))
     tab.wait_for("document.querySelectorAll('#parameter-list li').length === 4")
     for value in (7, 0.4):
@@ -242,9 +245,7 @@ def test_a_value_outside_the_bounds_is_not_sent(tab: Tab, page: Any) -> None:
 @pytest.mark.slow
 @needs_chromium
 def test_a_slider_over_decades_is_logarithmic(tab: Tab, page: Any) -> None:
-    opened(tab, "parameters-box")
-    tab.wait_for("document.querySelectorAll('#parameter-node option').length === 2")
-    changed(tab, "#parameter-node", "value = '/base'")
+    choose_base(tab)
     weight = ParameterView("weight", "double", 1.0, low=0.1, high=100.0)
     page.server.set_layer("parameters", (NodeParameters("/base", (weight,)),))
     slider = "document.querySelector('#parameter-list [type=range]')?.value"

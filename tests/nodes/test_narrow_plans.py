@@ -20,6 +20,7 @@ from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.msgs.std_msgs import Header
 from chefbot.msgs.tf2_msgs import TFMessage
 from chefbot.msgs.unique_identifier_msgs import UUID
+from chefbot.planning.closed_routes import STANDING_TIME
 from chefbot.robot.load import load_robot
 
 START, GOAL = SE2(-1.5, 0.0, 0.0), SE2(1.5, 0.0, 0.0)
@@ -87,6 +88,16 @@ def test_what_closes_the_wider_path_may_leave() -> None:
     room = Room(near=NARROW_WIDTH, far=CLEAR_WIDTH)
     room.see(0.0, 2.0)
     assert room.plan().error_code != 0
+
+
+def test_what_stands_in_the_wider_path_for_long_does_not_leave() -> None:
+    """A step below the plane of the lidar is on no map."""
+    room = Room(near=NARROW_WIDTH, far=CLEAR_WIDTH)
+    room.mark("camera", 0.0, 2.0)
+    assert room.plan().error_code != 0
+    for _ in range(int(STANDING_TIME)):
+        room.plan()
+    assert room.crosses_at() == pytest.approx(0.0, abs=0.05)
 
 
 def test_a_mark_in_the_passage_does_not_count_one_before_it_does() -> None:

@@ -11,24 +11,24 @@ from numpy.typing import NDArray
 
 from chefbot.costmap.params import GLOBAL_COSTMAP, CostmapParams
 from chefbot.costmap.sources import DROP_OFFS
-from chefbot.maths.costs import INSCRIBED, Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.nav2_msgs import ComputePathToPose, ComputePathToPose_Goal, ComputePathToPose_Result
 from chefbot.msgs.nav_msgs import Path
 from chefbot.msgs.std_msgs import Header
 from chefbot.nodes.navigation.blockage_finder import BlockageFinderNode
 from chefbot.nodes.navigation.goal_pose import GoalError, goal_in_map
-from chefbot.nodes.navigation.narrow_passages import distance_from_people, fits_narrow_passages
+from chefbot.nodes.navigation.narrow_passages import fits_narrow_passages, narrow_map_costs
+from chefbot.planning.closed_routes import ClosedRoutes
 from chefbot.planning.global_planning import (
     ERROR_CODES,
     NO_TRANSFORM,
     RETRY_THROUGH_NARROW_PASSAGES,
-    RETRY_WITHOUT_FAR_MARKS,
 )
 from chefbot.planning.grid_planner import GridPlanner
 from chefbot.planning.narrow_passages import is_map_narrow
 from chefbot.planning.params import PlannerParams
 from chefbot.planning.planner import Planner, PlanningError, checked_path
+from chefbot.planning.route_hysteresis import RouteHysteresis
 from chefbot.runtime.actions import action_server
 from chefbot.runtime.node import Out
 from chefbot.runtime.plugins import load_plugin
@@ -60,6 +60,7 @@ class PlannerNode(BlockageFinderNode):
         """Create the global costmap and the planner; planning fails before the first map."""
         super().start()
         self._planner = self._make_planner()
+        self._routes, self._closed = RouteHysteresis(), ClosedRoutes()
 
     def reconfigure(self, params: PlannerNodeParams) -> None:
         """Apply new parameters from the next plan on."""
@@ -109,39 +110,35 @@ class PlannerNode(BlockageFinderNode):
             await self.sleep(FIRST_POSE_PERIOD)
 
     def _find_path(self, robot: SE2, start: SE2, goal: SE2) -> NDArray[np.float64]:
-        """Plan around all marks or, if the map has no other path, through narrow passages. Raises PlanningError."""
+        """Plan around all marks or, if no other path is left, through narrow passages. Raises PlanningError."""
         try:
             return self._plan_around_marks(robot, start, goal)
         except PlanningError as error:
-            may_be_narrow = error.failure in RETRY_THROUGH_NARROW_PASSAGES and fits_narrow_passages(
-                self.robot
-            )
-            if not (may_be_narrow and is_map_narrow(self._planner, self._costs_without_marks(), start, goal)):
-                raise
-            with contextlib.suppress(PlanningError):
-                return self._planner.plan(self._narrow_costs(), start, goal)
+            if error.failure in RETRY_THROUGH_NARROW_PASSAGES and self._is_narrow(start, goal):
+                with contextlib.suppress(PlanningError):
+                    costs = narrow_map_costs(
+                        self._costs, self._costs_without_marks(), self._people()[1], self.robot
+                    )
+                    return self._planner.plan(costs, start, goal)
             raise
+
+    def _is_narrow(self, start: SE2, goal: SE2) -> bool:
+        """Return whether the map has narrow passages only, or what closes its wide ones has stood there for long."""
+        if not fits_narrow_passages(self.robot):
+            return False
+        standing = self._closed.is_standing(self.now_ns * 1e-9, goal)
+        return standing or is_map_narrow(self._planner, self._costs_without_marks(), start, goal)
 
     def _plan_around_marks(self, robot: SE2, start: SE2, goal: SE2) -> NDArray[np.float64]:
         """Plan around all marks and, if that fails, without those out of sensor range, which may have left.
 
         Marks that are too far away to be seen again count as long as there is another path. Raises PlanningError.
         """
-        try:
-            return self._planner.plan(self._costs.update(), start, goal)
-        except PlanningError as error:
-            if error.failure not in RETRY_WITHOUT_FAR_MARKS:
-                raise
-            return self._planner.plan(self._costs_without_far_marks(robot), start, goal)
-
-    def _narrow_costs(self) -> Costmap:
-        """Return the costs of the map with narrow passages open, but none beside people.
-
-        Marks count where the map has room: in a narrow passage a single wrong one closes the path, and the controller
-        sees what is there.
-        """
-        with_room = self._costs_without_marks().cells < INSCRIBED
-        margin = -0.5 * self._costs.resolution
-        return self._costs.narrow_costs(
-            margin, self._people()[1], distance_from_people(self.robot), with_room
+        routes = self._routes if start is robot else RouteHysteresis()
+        return routes.plan(
+            self.now_ns * 1e-9,
+            robot,
+            goal,
+            around_all=lambda: self._planner.plan(self._costs.update(), start, goal),
+            without_far=lambda: self._planner.plan(self._costs_without_far_marks(robot), start, goal),
         )

@@ -41,7 +41,7 @@ def replan_locally(
     All in one frame. If the end of the path is occupied, it ends within the planner's tolerance of it. The path is
     returned unchanged also if there is no short detour within the costmap; then it is blocked.
     """
-    remaining = _remaining(path, pose)
+    remaining = remaining_path(path, pose)
     length = _arc_length(remaining)
     collides = _collisions(remaining, length, costmap)
     collisions = np.flatnonzero(collides & (length <= CHECK_DISTANCE))
@@ -59,18 +59,18 @@ def replan_locally(
 
 def collides_within(path: NDArray[np.float64], pose: SE2, costmap: Costmap, distance: float) -> bool:
     """Return whether a path (n, 3) collides within a distance along it from the pose, m."""
-    remaining = _remaining(path, pose)
+    remaining = remaining_path(path, pose)
     length = _arc_length(remaining)
     return bool((_collisions(remaining, length, costmap) & (length <= distance)).any())
 
 
 def remaining_length(path: NDArray[np.float64], pose: SE2) -> float:
     """Return the length (m) of the path (n, 3), n >= 1, from its pose nearest to `pose` to its end."""
-    return float(_arc_length(_remaining(path, pose))[-1])
+    return float(_arc_length(remaining_path(path, pose))[-1])
 
 
-def _remaining(path: NDArray[np.float64], pose: SE2) -> NDArray[np.float64]:
-    """Return the part of the path from its pose nearest to `pose` on."""
+def remaining_path(path: NDArray[np.float64], pose: SE2) -> NDArray[np.float64]:
+    """Return the part of the path (n, 3), n >= 1, from its pose nearest to `pose` on."""
     return path[int(np.argmin(np.hypot(path[:, 0] - pose.x, path[:, 1] - pose.y))) :]
 
 

@@ -16,7 +16,7 @@ from chefbot.control.path_follower import PathFollower, PathStep
 from chefbot.control.people_cost import NearbyPeople
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.unseen_walls import unseen_walls
-from chefbot.maths.costs import LETHAL, UNKNOWN, Costmap
+from chefbot.maths.costs import INSCRIBED, LETHAL, UNKNOWN, Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.idl.message import Message
@@ -55,6 +55,18 @@ def fits_narrow_passages(robot: Robot) -> bool:
 def distance_from_people(robot: Robot) -> float:
     """Return the distance from a robot's centre to the middle of people at which it creeps past nobody, m."""
     return robot.circumscribed_radius + BODY_RADIUS + PEOPLE_CLEARANCE
+
+
+def narrow_map_costs(
+    costs: LayeredCostmap, map_only: Costmap, people: NDArray[np.float64], robot: Robot
+) -> Costmap:
+    """Return the costs of the map with narrow passages open, but none beside people (n, 2), m.
+
+    Marks count where the map alone (`map_only`) has room: in a narrow passage a single wrong one closes the path, and
+    the controller sees what is there.
+    """
+    with_room = map_only.cells < INSCRIBED
+    return costs.narrow_costs(-0.5 * costs.resolution, people, distance_from_people(robot), with_room)
 
 
 class NarrowPassagesNode(LocalCostmapNode, CauseReportsNode):

@@ -6,12 +6,14 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
+from chefbot.costmap.conversions import costmap_message
 from chefbot.costmap.layered_costmap import LayeredCostmap
 from chefbot.costmap.params import CostmapParams
 from chefbot.exploration.blockages import REACH, Blockages
 from chefbot.maths.costs import INSCRIBED
 from chefbot.maths.grid import FREE, OCCUPIED, Grid
 from chefbot.maths.se2 import SE2
+from chefbot.msgs.std_msgs import Header
 from chefbot.planning.grid_planner import GridPlanner
 from chefbot.planning.params import PlannerParams
 from chefbot.robot.load import load_robot
@@ -80,25 +82,46 @@ def test_a_gap_that_only_the_planner_finds_too_narrow_is_blocked() -> None:
     changed = np.argwhere(blockages.on(grid).cells != grid.cells) + 0.5
     assert len(changed) > 20
     assert np.hypot(*(RESOLUTION * changed[:, ::-1] - [ROBOT.x, ROBOT.y]).T).min() > 0.4
-    blockages.forget_gone(ROBOT, grid)
+    blockages.forget_gone(ROBOT, grid, grid)
     assert blockages.on(grid) is grid
 
 
 def test_it_is_free_again_once_the_obstacle_is_seen_gone() -> None:
     grid, blockages = room(), Blockages(RADIUS)
     blockages.add(ROBOT, NO_PATH, with_mirror(grid), grid)
-    blockages.forget_gone(ROBOT, with_mirror(grid))
+    blockages.forget_gone(ROBOT, with_mirror(grid), grid)
     assert not reachable(blockages.on(grid), 4.0, 3.0)
-    blockages.forget_gone(SE2(0.5, 0.5, 0.0), grid)
+    blockages.forget_gone(SE2(0.5, 0.5, 0.0), grid, grid)
     assert not reachable(blockages.on(grid), 4.0, 3.0), "it was too far away to see that"
-    blockages.forget_gone(ROBOT, grid)
+    blockages.forget_gone(ROBOT, grid, grid)
+    assert blockages.on(grid) is grid
+
+
+def as_published(cells: np.ndarray) -> Grid:
+    """The planner's costmap as it is published: 100 lethal, 99 within the inscribed radius of an obstacle."""
+    costs = LayeredCostmap(CostmapParams(), load_robot("chefbot_lidar").footprint)
+    costs.set_static(Grid(cells, RESOLUTION, 0.0, 0.0))
+    return costmap_message(Header.of(0, "map"), costs.update()).grid
+
+
+def test_a_doorway_that_somebody_has_left_is_open() -> None:
+    """Where the person stood beside a jamb there is no room for the robot, as beside any wall."""
+    cells = room().cells.copy()
+    cells[50:70, 60] = OCCUPIED
+    cells[54:66, 60] = FREE
+    grid, blockages, with_person = Grid(cells, RESOLUTION, 0.0, 0.0), Blockages(RADIUS), cells.copy()
+    with_person[55:65, 57:63] = OCCUPIED
+    assert reachable(grid, 4.0, 3.0)
+    assert blockages.add(ROBOT, NO_PATH, as_published(with_person), grid)
+    assert not reachable(blockages.on(grid), 4.0, 3.0)
+    blockages.forget_gone(ROBOT, as_published(cells), grid)
     assert blockages.on(grid) is grid
 
 
 def test_where_the_robot_stands_is_no_blockage() -> None:
     grid, blockages = room(), Blockages(RADIUS)
     blockages.add(ROBOT, NO_PATH, with_mirror(grid), grid)
-    blockages.forget_gone(SE2(3.0, 3.0, 0.0), with_mirror(grid))
+    blockages.forget_gone(SE2(3.0, 3.0, 0.0), with_mirror(grid), grid)
     costs = LayeredCostmap(CostmapParams(), load_robot("chefbot_lidar").footprint)
     costs.set_static(blockages.on(grid))
     assert costs.update().cells[grid.cell(3.0, 3.0)] < INSCRIBED

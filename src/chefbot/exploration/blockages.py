@@ -19,6 +19,8 @@ PATH_REACH = 0.5
 """The same, from its path to the goal on the map: it may have failed far away from what is in the way, m."""
 WALL_MARGIN = 1
 """Cells around an obstacle of the map in which a mark of the costmap is that obstacle."""
+INFLATION_MARGIN = 1
+"""Cells by which a costmap inflates an obstacle by more than the robot's inscribed radius: padding and rounding."""
 BODY_MARGIN = 2
 """Cells around the robot's body in which an obstacle would leave its own cell occupied."""
 FREE_AROUND_ROBOT = 0.4
@@ -44,7 +46,7 @@ class Blockages:
         path: (n, 2 or 3) from the robot to the goal on the map; empty if there is none. Returns whether some of it
         was not known before.
         """
-        self.forget_gone(robot, costmap)
+        self.forget_gone(robot, costmap, grid)
         known = len(self._points)
         new = self._obstacles(robot, path, costmap, grid), self._entrance(robot, path, costmap, grid)
         self._points = np.unique(np.vstack([self._points, *new]), axis=0)
@@ -73,13 +75,20 @@ class Blockages:
         chosen = near & ~_is_near_obstacle(grid, margin, x, y)
         return np.column_stack([x[chosen], y[chosen]])
 
-    def forget_gone(self, robot: SE2, costmap: Grid) -> None:
-        """Forget what was within REACH of the robot and is not on the costmap any more, or is where it stands."""
+    def forget_gone(self, robot: SE2, costmap: Grid, grid: Grid) -> None:
+        """Forget what was within REACH of the robot and is gone from the costmap, or on the map, or where it stands.
+
+        What the map has closes no more than the map: its own obstacles leave the room that they leave.
+        """
+        if not len(self._points):
+            return
         x, y = self._points[:, 0], self._points[:, 1]
-        distance = np.hypot(x - robot.x, y - robot.y)
+        distance, cost = np.hypot(x - robot.x, y - robot.y), costmap.values(x, y, outside=0)
+        margin = math.ceil(self._radius / grid.resolution) + INFLATION_MARGIN
+        marked = (cost >= OCCUPIED) & ~_is_near_obstacle(grid, WALL_MARGIN, x, y)
+        beside = (cost >= INSCRIBED) & ~_is_near_obstacle(grid, margin, x, y)
         apart = distance > self._radius + BODY_MARGIN * costmap.resolution
-        remains = apart & (costmap.values(x, y, outside=0) >= INSCRIBED)
-        self._points = self._points[(distance > REACH) | remains]
+        self._points = self._points[(distance > REACH) | (apart & (marked | beside))]
 
     def on(self, grid: Grid) -> Grid:
         """Return the map with what is known as obstacles."""

@@ -75,7 +75,7 @@ class FrontierMapNode(Node):
         assert self.map.last is not None
         grid, robot = self.map.last.grid, self.tf.lookup("map", "base_link")
         if self.planner_costmap.last is not None:
-            self._blockages.forget_gone(robot, self.planner_costmap.last.grid)
+            self._blockages.forget_gone(robot, self.planner_costmap.last.grid, grid)
         decision = self._select(grid, robot)
         while decision.goal and self._is_behind_dead_end(decision.goal, robot, grid):
             self._explorer.give_up(decision.goal)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -91,6 +92,7 @@ def test_without_drop_offs_there_is_no_layer() -> None:
 def test_a_drop_off_at_a_huge_distance_takes_no_time() -> None:
     costs = costs_with(np.inf)
     mark_obstacles(costs, IDENTITY, scan(1e30, clear=(np.inf, 0.0)), MARKING)
+    mark_obstacles(costs, IDENTITY, seen_to(-1e30, 2.0), MARKING)
     assert at_edge(costs, 0.24) == LETHAL
 
 
@@ -99,6 +101,25 @@ def test_the_ground_behind_an_edge_is_marked() -> None:
     costs = costs_with(1.01).update()
     assert [costs.at(x, y) for x in (1.01, 1.2, 1.48) for y in (-0.2, 0.01, 0.2)] == [LETHAL] * 9
     assert costs.at(1.6, 0.01) != LETHAL and costs.at(0.9, 0.01) != LETHAL
+
+
+def seen_to(distance: float, lower_to: float) -> ObstacleScan:
+    """Return a scan of a hole from an edge at a distance to its far side."""
+    lower = np.full(len(ANGLES), lower_to, np.float32)
+    return msgspec.structs.replace(scan(distance), lower_to=lower)
+
+
+def test_a_wide_hole_is_marked_up_to_its_far_side() -> None:
+    costs = costs_with(np.inf)
+    mark_obstacles(costs, IDENTITY, seen_to(1.01, 1.9), MARKING)
+    assert [costs.update().at(x, 0.01) == LETHAL for x in (1.01, 1.4, 1.8, 2.0)] == [True, True, True, False]
+
+
+@pytest.mark.parametrize("lower_to", [np.inf, np.nan, 1e30, -1e30, -np.inf])
+def test_an_impossible_far_side_marks_no_more_than_the_range(lower_to: float) -> None:
+    costs = costs_with(np.inf)
+    mark_obstacles(costs, IDENTITY, seen_to(1.01, lower_to), MARKING)
+    assert costs.update().at(1.01, 0.01) == LETHAL
 
 
 def test_floor_that_was_seen_behind_a_hole_stays_free() -> None:

@@ -174,6 +174,18 @@ def test_what_left_is_forgotten_when_the_ground_is_seen_free() -> None:
     assert two.check(0.35, 0.0, IDENTITY, 2 * SECOND, LATENCY).fraction == 1.0
 
 
+def test_a_hole_is_remembered_up_to_its_far_side() -> None:
+    """Round the end of its edge a robot that has driven past would fall in, where its camera sees nothing."""
+    one, hole = monitor(CAMERA), camera_scan(0.75)
+    one.process_obstacles(msgspec.structs.replace(hole, lower_to=np.full(160, 1.0, np.float32)), IDENTITY)
+    seen = one.points(IDENTITY, SECOND, 2.0)
+    for x in np.arange(0.75, 1.0, 0.02).tolist():
+        assert np.hypot(seen[:, 0] - x, seen[:, 1]).min() < one.polygons.resolution, x
+    assert seen[:, 0].min() > 0.74 and seen[:, 0].max() < 1.01
+    one.process_obstacles(camera_scan(at_s=2.0), IDENTITY)
+    assert not len(one.points(IDENTITY, 2 * SECOND, 2.0)), "the floor is seen free"
+
+
 def test_unseen_ground_is_not_free_for_backing() -> None:
     one = monitor(CAMERA)
     for k in range(40):  # it drives forward by 0.4 m
@@ -249,10 +261,10 @@ def test_safe_fraction_at_its_ends() -> None:
 
 
 @pytest.mark.parametrize("damage", [-1e9, -math.inf, math.nan, 1e30, math.inf])
-@pytest.mark.parametrize("field", ["ranges", "clear_from", "clear_to"])
+@pytest.mark.parametrize("field", ["ranges", "clear_from", "clear_to", "lower_to"])
 def test_absurd_distances_of_a_scan_cost_no_time(field: str, damage: float) -> None:
     """A ray from -1e9 m on would be 2e10 cells long; only what is within reach of the memory counts."""
-    fields = {field: np.full(160, damage, np.float32)}
+    fields = {"lower_to": np.full(160, 2.0, np.float32), field: np.full(160, damage, np.float32)}
     absurd = msgspec.structs.replace(camera_scan(at=1.0), **fields)
     checked = monitor(CAMERA)
     checked.process_obstacles(camera_scan(), IDENTITY)  # compiles

@@ -101,6 +101,25 @@ def test_a_hole_with_floor_behind_it_is_seen_from_its_edge(edge: float, far: flo
 
 
 @pytest.mark.parametrize("nod", NODS)
+@pytest.mark.parametrize("far", [1.2, 1.6, 2.0])
+@pytest.mark.parametrize("edge", [0.2, 0.5, 0.8])
+def test_the_ground_is_lower_up_to_the_far_side(edge: float, far: float, nod: float) -> None:
+    scan = SCANNER.scan(render(((edge, 0.0), (edge + 1e-4, -0.45), (far, -0.45), (far + 1e-4, 0.0)), nod))
+    lower_to = scan.lower_to * np.cos(SCANNER.angles)
+    assert lower_to[AHEAD] == pytest.approx(far, abs=0.08)
+
+
+def test_stairs_are_lower_as_far_as_they_are_seen() -> None:
+    stairs = ((1.0, 0.0), (1.0001, -0.17), (1.3, -0.17), (1.3001, -0.34), (1.6, -0.34), (1.6001, -0.51))
+    assert (SCANNER.scan(render(stairs)).lower_to[AHEAD] > 1.5).all()
+
+
+def test_level_floor_and_walls_are_not_lower() -> None:
+    for profile in (((1.0, 0.0),), ((1.0, 0.0), (1.0001, 2.5))):
+        assert not SCANNER.scan(render(profile)).lower_to.any()
+
+
+@pytest.mark.parametrize("nod", NODS)
 @pytest.mark.parametrize("far", [1.0, 1.2, 1.6])
 @pytest.mark.parametrize("edge", [0.2, 0.4, 0.6, 0.8])
 def test_a_hole_that_ends_at_a_wall_is_seen(edge: float, far: float, nod: float) -> None:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 UNSEEN_MARGIN = 0.15
 """Distance from the robot's front at which a drop-off is marked whose edge the camera has not seen, m."""
 MARKED_BEHIND = 0.5
-"""Depth of the ground behind the edge of a drop-off that is marked, too, m: a hole is wider than its edge."""
+"""Minimum depth of the ground behind the edge of a drop-off that is marked, too, m: a hole is wider than its edge."""
 _COST_TO_OCCUPANCY = np.array(
     [0, *(1 + 97 * (cost - 1) // 251 for cost in range(1, INSCRIBED)), 99, 100, -1], np.int8
 )
@@ -73,22 +73,30 @@ def mark_obstacles(costs: LayeredCostmap, sensor: SE2, scan: ObstacleScan, marki
         # an edge nearer than the image: marked already, or else unknown
         for i in np.flatnonzero(drops & ~(floor[1] > 0.0)).tolist():
             beam = SE2(sensor.x, sensor.y, sensor.yaw + float(angles[i]))
-            known = _is_marked_along(costs, beam, marking.unseen_from, min(ranges[i], longest))
+            known = _is_marked_along(costs, beam, marking.unseen_from, np.clip(ranges[i], 0.0, longest))
             edges[i] = np.inf if known else marking.unseen_from
         limited = floor[0], np.minimum(floor[1], marking.drop_range)
         costs.mark_and_clear(DROP_OFFS, sensor, angles, edges, limited)
-        _mark_behind(costs, sensor, angles[drops], edges[drops])
+        depth = np.clip(scan.lower_ground(longest)[drops] - edges[drops], MARKED_BEHIND, longest)
+        _mark_behind(costs, sensor, angles[drops], edges[drops], depth)
 
 
 def _mark_behind(
-    costs: LayeredCostmap, sensor: SE2, angles: NDArray[np.float64], edges: NDArray[np.float64]
+    costs: LayeredCostmap,
+    sensor: SE2,
+    angles: NDArray[np.float64],
+    edges: NDArray[np.float64],
+    depth: NDArray[np.float64],
 ) -> None:
-    """Mark the ground behind the edges of drop-offs (n,), m, up to where the camera has seen floor.
+    """Mark the ground behind the edges of drop-offs (n,), m, for a depth (n,), m, or up to where it has seen floor.
 
-    Of a hole it sees the edge that it looks over; around its ends the robot turns to others, which are too near then.
+    Of a hole the camera sees the edge that it looks over; around its ends the robot turns to others, which are too
+    near then.
     """
-    behind = np.arange(costs.resolution / 2.0, MARKED_BEHIND, costs.resolution / 2.0)
     near = edges <= costs.params.marking_range
+    if not near.any():
+        return
+    behind = np.arange(costs.resolution / 2.0, float(depth[near].max()), costs.resolution / 2.0)
     distance, yaw = edges[near, None] + behind, sensor.yaw + angles[near, None]
     rows = np.floor((sensor.y + distance * np.sin(yaw) - costs.origin_y) / costs.resolution).astype(np.int64)
     columns = np.floor((sensor.x + distance * np.cos(yaw) - costs.origin_x) / costs.resolution).astype(
@@ -99,7 +107,7 @@ def _mark_behind(
     inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
     floor = ~inside
     floor[inside] = cells[rows[inside], columns[inside]] == FREE
-    chosen = ~np.logical_or.accumulate(floor, axis=1)
+    chosen = ~np.logical_or.accumulate(floor, axis=1) & (behind < depth[near, None])
     marked = rows[chosen], columns[chosen]
     cells[marked] = LETHAL
     costs.note_marks(DROP_OFFS, marked)

@@ -137,6 +137,17 @@ class CollisionMonitor:
         upright = through_plane(scan.bottom, scan.top, ranges, self._plane)
         for layer, chosen in ((memory.CAMERA, ~upright), (memory.UPRIGHT, upright)):
             memory.mark_points(self._memory, at, angles, np.where(chosen, ranges, np.inf), stamp_ns, layer)
+        self._process_lower_ground(scan, ranges, at)
+
+    def _process_lower_ground(
+        self, scan: ObstacleScan, ranges: NDArray[np.float64], at: NDArray[np.float64]
+    ) -> None:
+        """Mark the ground behind the edges of drop-offs, which the robot may reach round the end of an edge."""
+        lower, spacing = scan.lower_ground(self.reach), self.polygons.resolution
+        depth = np.where(ranges >= 0.0, lower - ranges, 0.0)
+        for behind in np.arange(spacing, depth.max(initial=0.0), spacing).tolist():
+            beyond = np.where(behind < depth, ranges + behind, np.inf)
+            memory.mark_points(self._memory, at, scan.angles, beyond, scan.header.stamp.ns, memory.CAMERA)
 
     def process_echo(self, echo: Range) -> None:
         """Process a range of the ultrasonic ranger; it counts until the next one, and is not remembered."""

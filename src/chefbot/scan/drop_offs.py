@@ -108,18 +108,19 @@ class DropOffs(NamedTuple):
 
     edges: distance along the floor from the point below the camera, m, inf for none: where the first ray beyond
     the edge passes the height of the floor. bottom: lowest point seen there, m, inf for none. blind: whether no
-    floor was seen before it.
+    floor was seen before it. ends: distance up to which lower ground was seen behind the edge, m, 0 for none.
     """
 
     edges: Floats
     bottom: Floats
     blind: NDArray[np.bool_]
+    ends: Floats
 
     @staticmethod
     def none(bins: int) -> DropOffs:
         """Return no drop-off in any bin."""
         edges, bottom = np.full((2, bins), np.inf, np.float32)
-        return DropOffs(edges, bottom, np.zeros(bins, np.bool_))
+        return DropOffs(edges, bottom, np.zeros(bins, np.bool_), np.zeros(bins, np.float32))
 
 
 @njit(cache=True, nogil=True)
@@ -189,7 +190,7 @@ class FloorProfile(NamedTuple):
 
     seen: whether floor was seen. floor_r, floor_h: distance and height of its last point, at first under the robot's
     front. lower: number of rows below it since then. first_r, first_h: the first of them. found: whether they are a
-    drop-off.
+    drop-off. ended: whether floor was seen behind that.
     """
 
     seen: NDArray[np.bool_]
@@ -199,6 +200,7 @@ class FloorProfile(NamedTuple):
     first_r: NDArray[np.float64]
     first_h: NDArray[np.float64]
     found: NDArray[np.bool_]
+    ended: NDArray[np.bool_]
 
 
 @njit(cache=True, nogil=True)
@@ -211,15 +213,22 @@ def _add_row(
     floor: tuple[float, float, float, float],
     edges: Floats,
     bottom: Floats,
+    ends: Floats,
 ) -> None:
     """Add a row's points, (bins,), to the profile; arguments as of `_row_means` and `find_drop_offs`."""
     # all bins in one call: passing the arrays takes longer than the work on a bin
-    seen, floor_r, floor_h, lower, first_r, first_h, found = profile
+    seen, floor_r, floor_h, lower, first_r, first_h, found, ended = profile
     tolerance, steepest, _, noise = floor
     for k in range(len(edges)):
-        if found[k] or pixels[k] == 0:
+        if ended[k] or pixels[k] == 0:
             continue
         r, h = distance[k], height[k]
+        if found[k]:
+            # behind the edge: the ground is lower up to the next floor at the height of that before the edge
+            level = (floor_h[k] if seen[k] else 0.0) - MIN_STEP - (tolerance + noise) * r
+            ended[k] = h >= level
+            ends[k] = ends[k] if ended[k] else max(ends[k], r)
+            continue
         ray = (mount_z - h) / r
         if ray <= steepest + MIN_RAY_MARGIN:
             continue
@@ -232,6 +241,7 @@ def _add_row(
                 first_r[k], first_h[k], bottom[k] = r, h, h
                 edges[k] = (mount_z - (floor_h[k] if seen[k] else 0.0)) / ray
             lower[k] += 1
+            ends[k] = r
             bottom[k] = min(bottom[k], h)
             if seen[k]:
                 found[k] = lower[k] >= MIN_ROWS
@@ -239,7 +249,7 @@ def _add_row(
                 is_floor = _is_ramp(floor, first_r[k], first_h[k], r, h)
                 found[k] = not is_floor
         if is_level and not seen[k] and lower[k] >= MIN_ROWS:
-            found[k] = True  # floor at the robot's height behind a hole
+            found[k] = ended[k] = True  # floor at the robot's height behind a hole
         elif is_floor:
             # The floor rises by no more than the pitch of the camera: behind a doorstep it is not lower
             floor_h[k] = min(h, floor_h[k] + tolerance * max(r - floor_r[k], 0.0)) if seen[k] else h
@@ -254,14 +264,15 @@ def _complete(
     edges: Floats,
     bottom: Floats,
     blind: NDArray[np.bool_],
+    ends: Floats,
 ) -> None:
-    """Fill blind (bins,), and remove edge and bottom of the bins where no drop-off was found."""
+    """Fill blind (bins,), and remove the other results of the bins where no drop-off was found."""
     for k in range(len(edges)):
         # A strip of lower floor too short for a gradient is a drop-off as well
         found[k] = found[k] or (not seen[k] and lower[k] >= MIN_ROWS)
         blind[k] = found[k] and not seen[k]
         if not found[k]:
-            edges[k], bottom[k] = np.inf, np.inf
+            edges[k], bottom[k], ends[k] = np.inf, np.inf, 0.0
 
 
 @njit(cache=True, nogil=True)
@@ -278,13 +289,14 @@ def find_drop_offs(
     edges: Floats,
     bottom: Floats,
     blind: NDArray[np.bool_],
+    ends: Floats,
 ) -> None:
     """Find the nearest drop-off of each bin in an image (h, w), from the lowest row up.
 
     scale: m per unit of depth. limits: valid depths, m. mount_z: height of the camera, m. floor: its pitch tolerance,
     rad, and the `FloorLimits`. slope (h,), stretch (h, w): height, and distance along the floor, per depth. bins
     (h, w): bin of each pixel. obstacles (bins,): distance of the nearest obstacle, m, behind which nothing is
-    searched. edges, bottom, blind (bins,): filled, see `DropOffs`.
+    searched. edges, bottom, blind, ends (bins,): filled, see `DropOffs`.
     """
     count = len(edges)
     distance, height, pixels = np.zeros(count), np.zeros(count), np.zeros(count, np.int32)
@@ -296,11 +308,12 @@ def find_drop_offs(
         np.zeros(count),
         np.zeros(count),
         np.zeros(count, np.bool_),
+        np.zeros(count, np.bool_),
     )
     for row in range(len(slope) - 1, -1, -1):
         if slope[row] >= 0.0:
             break
         image_row = depth[row], scale, limits, mount_z, slope[row], stretch[row], bins[row]
         _row_means(*image_row, obstacles, floor[0] + floor[3], distance, height, pixels)
-        _add_row(profile, distance, height, pixels, mount_z, floor, edges, bottom)
-    _complete(profile.found, profile.seen, profile.lower, edges, bottom, blind)
+        _add_row(profile, distance, height, pixels, mount_z, floor, edges, bottom, ends)
+    _complete(profile.found, profile.seen, profile.lower, edges, bottom, blind, ends)

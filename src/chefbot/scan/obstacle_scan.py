@@ -71,6 +71,7 @@ class ObstaclePoints(NamedTuple):
     none. They are close together for a table top, and as far apart as the image reaches for a leg. With too
     few pixels they are 0 and the maximum height. Of a drop-off, bottom is negative and top 0; without floor
     before it, its edge is nearer than the image shows.
+    lower_to: distance up to which the ground behind the edge of a drop-off is lower, m; 0 for other obstacles.
     """
 
     obstacles: Floats
@@ -78,6 +79,7 @@ class ObstaclePoints(NamedTuple):
     clear_to: Floats
     bottom: Floats
     top: Floats
+    lower_to: Floats
 
 
 @njit(cache=True, nogil=True)
@@ -280,10 +282,11 @@ class ObstacleScanner:
         nearer = drops.edges < second
         second[nearer], bottom[nearer], top[nearer] = drops.edges[nearer], drops.bottom[nearer], 0.0
         clear_from[drops.blind] = np.inf
+        lower_to = np.where(nearer, drops.ends, np.float32(0.0))
         # Floor behind an obstacle does not count
         hidden = clear_from >= second
         clear_from[hidden], clear_to[hidden] = np.inf, 0.0
-        return ObstaclePoints(second, clear_from, np.minimum(clear_to, second), bottom, top)
+        return ObstaclePoints(second, clear_from, np.minimum(clear_to, second), bottom, top, lower_to)
 
     def _find_drop_offs(self, image: tuple[Any, ...], obstacles: Floats) -> DropOffs:
         """Return the drop-offs before the obstacles (bins,), m."""

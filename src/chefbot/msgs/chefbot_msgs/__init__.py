@@ -87,8 +87,8 @@ class ObstacleScan(Message, frozen=True, eq=False):
     """Obstacles of any height above the floor, seen by a depth camera.
 
     `ranges[i]`: distance to the nearest obstacle in angular bin i, m, inf for none; from `clear_from[i]` to
-    `clear_to[i]` the floor was observed to be free. `bottom[i]` and `top[i]`: height range of the obstacle
-    above the floor, m; both empty if not measured.
+    `clear_to[i]` the floor was observed to be free. `bottom[i]` and `top[i]`: height range of the obstacle above the
+    floor, m. `lower_to[i]`: end of the lower ground behind a drop-off's edge, m, else 0. Empty: not measured.
     """
 
     BOUNDS = per_field(angle_min=BEAM_ANGLE, range_max=DISTANCE)
@@ -96,7 +96,7 @@ class ObstacleScan(Message, frozen=True, eq=False):
     RULES = (
         at_most_one_turn,
         same_length("ranges", "clear_from", "clear_to"),
-        same_length("ranges", "bottom", "top", may_be_empty=True),
+        same_length("ranges", "bottom", "top", "lower_to", may_be_empty=True),
     )
 
     header: Header = Header()
@@ -108,13 +108,18 @@ class ObstacleScan(Message, frozen=True, eq=False):
     clear_to: Float32Array = _NO_FLOATS
     bottom: Float32Array = _NO_FLOATS
     top: Float32Array = _NO_FLOATS
+    lower_to: Float32Array = _NO_FLOATS
 
     @property
     def angles(self) -> NDArray[np.float64]:
         """Middle of each angular bin in the frame of the header, rad, shape (n,)."""
-        return np.asarray(
-            self.angle_min + self.angle_increment * np.arange(len(self.ranges), dtype=np.float64)
-        )
+        bins = np.arange(len(self.ranges), dtype=np.float64)
+        return np.asarray(self.angle_min + self.angle_increment * bins)
+
+    def lower_ground(self, longest: float) -> NDArray[np.float64]:
+        """Return up to which distance (n,) the ground behind an edge is lower, m, at most `longest`, 0 for none."""
+        lower_to = self.lower_to if len(self.lower_to) else np.zeros(len(self.ranges))
+        return np.minimum(np.nan_to_num(lower_to, posinf=0.0, neginf=0.0), longest).astype(np.float64)
 
 
 class LocalizationStatus(Message, frozen=True, eq=False):

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from chefbot.maths.se2 import SE2
 from chefbot.planning.planner import PlanningError, PlanningFailure
-from chefbot.planning.route_hysteresis import SWITCH_DELAY, RouteHysteresis
+from chefbot.planning.route_hysteresis import CLOSED_MEMORY, SAME_ROUTE, SWITCH_DELAY, RouteHysteresis
 
 ROBOT, GOAL = SE2(0.0, 0.0, 0.0), SE2(4.0, 0.0, 0.0)
 NEAR, FAR = (np.array([[x, y, 0.0] for x in (0.0, 2.0, 4.0)]) for y in (0.0, 3.0))
@@ -67,16 +67,42 @@ def test_a_passage_that_stays_closed_is_given_up() -> None:
 def test_another_route_is_kept_until_the_first_stays_open() -> None:
     passages = Passages()
     assert passages.plan(0.0, is_open=False) is FAR, "without a path so far there is nothing to keep"
-    assert passages.plan(1.0, is_open=True) is FAR
+    assert np.array_equal(passages.plan(1.0, is_open=True), FAR)
     assert passages.plan(2.0, is_open=False) is FAR
-    assert passages.plan(3.0, is_open=True) is FAR
+    assert np.array_equal(passages.plan(3.0, is_open=True), FAR)
     assert passages.plan(3.0 + SWITCH_DELAY, is_open=True) is NEAR
 
 
-def test_another_route_that_is_seen_closed_is_left_at_once() -> None:
+def test_a_way_round_an_obstacle_is_taken_at_once() -> None:
+    passages, detour = Passages(), NEAR + np.array([0.0, 0.9 * SAME_ROUTE, 0.0])
+    passages.plan(0.0, is_open=False, far_is_open=True)
+    passages.plan(SWITCH_DELAY, is_open=True)
+    assert passages.plan(2.0 * SWITCH_DELAY, is_open=True) is NEAR
+    assert (
+        passages.routes.plan(7.0, ROBOT, GOAL, around_all=lambda: detour, without_far=lambda: FAR) is detour
+    )
+
+
+def test_where_a_path_was_never_closed_routes_change_at_once() -> None:
+    routes = RouteHysteresis()
+    for t, path in enumerate((NEAR, FAR, NEAR)):
+        chosen = routes.plan(float(t), ROBOT, GOAL, around_all=lambda path=path: path, without_far=list)  # type: ignore[misc]
+        assert chosen is path
+
+
+def test_after_a_while_routes_change_at_once_again() -> None:
     passages = Passages()
-    assert passages.plan(0.0, is_open=False) is FAR
-    assert passages.plan(1.0, is_open=True, far_is_open=False) is NEAR
+    passages.plan(0.0, is_open=False)
+    routes = [passages.plan(float(t), is_open=True) for t in range(1, 2 + int(CLOSED_MEMORY))]
+    assert routes[0] is not NEAR and routes[-1] is NEAR
+    last = 2.0 + CLOSED_MEMORY
+    assert passages.routes.plan(last, ROBOT, GOAL, around_all=lambda: FAR, without_far=lambda: NEAR) is FAR
+
+
+def test_a_path_of_some_time_ago_is_not_kept() -> None:
+    passages = Passages()
+    passages.plan(0.0, is_open=False)
+    assert passages.plan(SWITCH_DELAY + 1.0, is_open=True) is NEAR
 
 
 @pytest.mark.parametrize("begun", [True, False])
@@ -93,6 +119,15 @@ def test_a_path_to_another_goal_is_not_kept() -> None:
     assert passages.plan(1.0, is_open=False, goal=SE2(4.0, 1.0, 0.0)) is FAR
 
 
+def test_a_clock_that_jumps_back_keeps_no_path_for_longer() -> None:
+    passages = Passages()
+    passages.plan(100.0, is_open=True)
+    passages.plan(101.0, is_open=False)
+    assert passages.plan(50.0, is_open=True) is NEAR
+    passages.plan(51.0, is_open=False)
+    assert passages.plan(51.0 + SWITCH_DELAY, is_open=False) is FAR
+
+
 def test_other_failures_are_raised() -> None:
     def outside() -> NDArray[np.float64]:
         raise PlanningError(PlanningFailure.GOAL_OUTSIDE_MAP, GOAL)
@@ -101,9 +136,19 @@ def test_other_failures_are_raised() -> None:
         RouteHysteresis().plan(0.0, ROBOT, GOAL, around_all=outside, without_far=lambda: FAR)
 
 
-@given(st.lists(st.booleans(), min_size=2, max_size=60))
-def test_the_route_changes_at_most_once_in_the_delay(opened: list[bool]) -> None:
-    passages = Passages()
-    routes = [float(passages.plan(float(t), is_open=is_open)[-1, 1]) for t, is_open in enumerate(opened)]
+@given(st.lists(st.booleans(), min_size=2, max_size=60), st.booleans())
+def test_the_route_changes_at_most_once_in_the_delay(opened: list[bool], prefers_near: bool) -> None:
+    """Also if the plan without far marks leads through the passage whose edge is marked now and then."""
+    passages, routes = RouteHysteresis(), []
+    for t, is_open in enumerate(opened):
+        fallback = NEAR if prefers_near and is_open else FAR
+        path = passages.plan(
+            float(t),
+            ROBOT,
+            GOAL,
+            around_all=lambda is_open=is_open: plan(NEAR, GOAL, is_open=is_open and not prefers_near),  # type: ignore[misc]
+            without_far=lambda fallback=fallback: fallback,  # type: ignore[misc]
+        )
+        routes.append(float(path[-1, 1]))
     changes = [t for t in range(1, len(routes)) if routes[t] != routes[t - 1]]
     assert all(later - earlier >= SWITCH_DELAY for earlier, later in pairwise(changes))

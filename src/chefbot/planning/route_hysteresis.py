@@ -7,7 +7,7 @@ scan, and the robot turns on the spot between them.
 
 from __future__ import annotations
 
-import contextlib
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -19,13 +19,19 @@ from chefbot.planning.local_replanning import remaining_path
 from chefbot.planning.planner import PlanningError
 
 SWITCH_DELAY = 3.0
-"""Time for which the other set of marks must be the right one before the robot changes to it, s: a few plans."""
+"""Time for which another route must be the best one before the robot changes to it, s: a few plans."""
+CLOSED_MEMORY = 30.0
+"""Time after all marks have closed every route for which the delay applies, s."""
+SAME_ROUTE = 0.75
+"""Deviation of two paths up to which they are the same route, m: a way round an obstacle and not another passage."""
+STRIDE = 4
+"""One in so many poses of a path is compared; they are 5 cm apart."""
 
 Plan = Callable[[], NDArray[np.float64]]
 
 
 class RouteHysteresis:
-    """Plans around all marks or, where these close every route, without far ones; it changes only after a delay."""
+    """Plans around all marks or, where these close every route, without far ones; then routes change slowly."""
 
     def __init__(self) -> None:
         self._start(None)
@@ -44,36 +50,33 @@ class RouteHysteresis:
         except PlanningError as error:
             if error.failure not in RETRY_WITHOUT_FAR_MARKS:
                 raise
-            return self._while_closed(now, pose, without_far)
-        return self._while_open(now, path, without_far)
+            path, self._closed_at = without_far(), now
+        return self._choose(now, path, pose)
 
     def _start(self, goal: SE2 | None) -> None:
         """Forget the route to another goal."""
-        self._goal, self._ignores_far, self._differs_since = goal, False, float("nan")
-        self._last_path: NDArray[np.float64] | None = None
+        self._goal = goal
+        self._path: NDArray[np.float64] | None = None
+        self._planned_at, self._closed_at, self._differs_since = -math.inf, -math.inf, math.inf
 
-    def _while_closed(self, now: float, pose: SE2, without_far: Plan) -> NDArray[np.float64]:
-        """Return the last path around all marks for the delay, then one without far marks."""
-        path = without_far()
-        if not self._ignores_far and self._last_path is not None and not self._is_due(now):
-            return remaining_path(self._last_path, pose)
-        self._settle(ignores_far=True)
-        return path
-
-    def _while_open(self, now: float, path: NDArray[np.float64], without_far: Plan) -> NDArray[np.float64]:
-        """Return a path without far marks for the delay if the robot follows such a one, else that around all."""
-        self._last_path = path
-        if self._ignores_far and not self._is_due(now):
-            with contextlib.suppress(PlanningError):
-                return without_far()
-        self._settle(ignores_far=False)
+    def _choose(self, now: float, path: NDArray[np.float64], pose: SE2) -> NDArray[np.float64]:
+        """Return the new path or, if it is another route that is not due, the rest of the one that is followed."""
+        is_followed = 0.0 <= now - self._planned_at <= SWITCH_DELAY
+        self._planned_at = now
+        if self._path is not None and is_followed and now - self._closed_at <= CLOSED_MEMORY:
+            rest = remaining_path(self._path, pose)
+            if _deviation(path, rest) > SAME_ROUTE and not self._is_due(now):
+                return rest
+        self._path, self._differs_since = path, math.inf
         return path
 
     def _is_due(self, now: float) -> bool:
-        """Return whether the other set of marks has been the right one for the delay."""
-        if not now >= self._differs_since:
-            self._differs_since = now
+        """Return whether the best route has been another one for the delay."""
+        self._differs_since = min(self._differs_since, now)
         return now - self._differs_since >= SWITCH_DELAY
 
-    def _settle(self, *, ignores_far: bool) -> None:
-        self._ignores_far, self._differs_since = ignores_far, float("nan")
+
+def _deviation(path: NDArray[np.float64], other: NDArray[np.float64]) -> float:
+    """Return the largest distance of a pose of a path (n, 3) from the nearest one of the other (m, 3), m."""
+    a, b = path[::STRIDE], other[::STRIDE]
+    return float(np.hypot(a[:, None, 0] - b[None, :, 0], a[:, None, 1] - b[None, :, 1]).min(axis=1).max())

@@ -115,11 +115,14 @@ def test_a_wide_hole_is_marked_up_to_its_far_side() -> None:
     assert [costs.update().at(x, 0.01) == LETHAL for x in (1.01, 1.4, 1.8, 2.0)] == [True, True, True, False]
 
 
-@pytest.mark.parametrize("lower_to", [np.inf, np.nan, 1e30, -1e30, -np.inf])
-def test_an_impossible_far_side_marks_no_more_than_the_range(lower_to: float) -> None:
+@pytest.mark.parametrize(
+    ("lower_to", "marked"), [(np.inf, False), (np.nan, False), (-1e30, False), (-np.inf, False), (1e30, True)]
+)
+def test_an_impossible_far_side_is_none_or_the_range(lower_to: float, marked: bool) -> None:
     costs = costs_with(np.inf)
     mark_obstacles(costs, IDENTITY, seen_to(1.01, lower_to), MARKING)
     assert costs.update().at(1.01, 0.01) == LETHAL
+    assert (costs.update().at(1.6, 0.01) == LETHAL) == marked
 
 
 def test_floor_that_was_seen_behind_a_hole_stays_free() -> None:

@@ -78,7 +78,7 @@ class Blockages:
     def forget_gone(self, robot: SE2, costmap: Grid, grid: Grid) -> None:
         """Forget what was within REACH of the robot and is gone from the costmap, or on the map, or where it stands.
 
-        What the map has closes no more than the map: its own obstacles leave the room that they leave.
+        A cell beside an obstacle of the map is inscribed because of that one, and is no obstacle of its own.
         """
         if not len(self._points):
             return

@@ -31,7 +31,7 @@ Plan = Callable[[], NDArray[np.float64]]
 
 
 class RouteHysteresis:
-    """Plans around all marks or, where these close every route, without far ones; then routes change slowly."""
+    """Plans around all marks or, where these close every route, without far ones, with hysteresis."""
 
     def __init__(self) -> None:
         self._start(None)

@@ -21,6 +21,13 @@ RING = [
 ]
 """A ring corridor 12 m x 8 m with a cupboard on each side."""
 CORRIDOR = [[(-30, -1), (30, -1), (30, 1), (-30, 1)]]
+ROOM_AND_CORRIDOR = [
+    [(0, 0), (6, 0), (6, 2), (40, 2), (40, 4), (6, 4), (6, 6), (0, 6)],
+    [(0, 2), (0.5, 2), (0.5, 3.5), (0, 3.5)],
+    [(2.5, 2.6), (3.5, 2.6), (3.5, 3.4), (2.5, 3.4)],
+    [(4, 5.5), (5, 5.5), (5, 6), (4, 6)],
+]
+"""A room 6 m x 6 m with cupboards and a bare corridor 34 m long."""
 
 
 @dataclass(frozen=True)
@@ -85,6 +92,11 @@ def ring() -> World:
 @pytest.fixture
 def corridor() -> World:
     return World.of(CORRIDOR)
+
+
+@pytest.fixture
+def room_and_corridor() -> World:
+    return World.of(ROOM_AND_CORRIDOR)
 
 
 @pytest.fixture

@@ -18,9 +18,11 @@ from chefbot.maths.angles import wrap
 from chefbot.maths.grid import Grid
 from chefbot.maths.resampling import low_variance
 from chefbot.maths.se2 import IDENTITY, SE2
+from chefbot.slam.graph.relative_poses import relative
 from chefbot.slam.map_pyramid import HillClimbParams, MapLevel, OdometryPrior
 from chefbot.slam.motion_model import OdometryStep, compose
 from chefbot.slam.occupancy_accumulator import OccupancyAccumulator
+from chefbot.slam.odometry_scale import OdometryScale
 from chefbot.slam.params import GmappingParams
 from chefbot.slam.particle_ancestry import ParticleAncestry
 from chefbot.slam.resampling import effective_number, normalized
@@ -30,6 +32,12 @@ _COARSE_FACTOR = 4.0
 """Ratio of the cell sizes of the coarse level and of the map."""
 _OCCUPIED_THRESHOLD = 50
 """Occupancy in percent from which a cell of a prior map counts as a surface."""
+_MIN_SPREAD = 0.15
+"""Smallest factor on the assumed variance of odometry: closing a loop takes particles that differ."""
+_SYSTEMATIC_STEPS = 20.0
+"""Number of steps along which the particles cover a systematic error of odometry: a corridor of 10 m."""
+_MIN_CERTAINTY = 0.5
+"""Share of a motion's variance that the scan must take away for it to measure the error of odometry."""
 _MAX_COORDINATE = 1e6
 """Limit of plausible odometry coordinates, m."""
 _MAX_JUMP = 100.0
@@ -57,6 +65,7 @@ class Gmapping:
         self._odom: SE2 | None = None
         self._processed_odom = IDENTITY
         self._odometry_step = OdometryStep()
+        self._odometry_scale = OdometryScale(_MIN_SPREAD, _SYSTEMATIC_STEPS)
         self._relocation: OdometryPrior | None = None
 
     def resume(self, grid: Grid) -> None:
@@ -135,11 +144,14 @@ class Gmapping:
         # Measurement: beam end points at the resolution of each level
         points = [level.points(beams.surfaces) for level in self._levels]
         # 1. Prediction: sample from the odometry motion model, or about the pose at which another drive begins
+        before = self._poses
         prior, self._relocation = self._relocation if is_first else self._predict(), None
         if prior is not None:
             self._grow_maps(reach(beams))
             # 2. Scan matching and importance weighting: w *= p(z | m, x)
             self._match(points, prior)
+        if not is_first and len(before) > 1:
+            self._learn_odometry_noise(before)
         self._pending_scans.append(beams)
         # 3. Adaptive resampling when the effective number of particles is low
         if self.neff < self._params.resample_threshold * len(self._poses):
@@ -153,8 +165,10 @@ class Gmapping:
     def _predict(self) -> OdometryPrior:
         """Propagate the particles with the odometry motion model and its noise."""
         variance = self._odometry_step.variance(self._params)
-        # x' ~ p(x' | x, u): Gaussian noise on the odometry motion, one sample per particle
-        noise = self._random.normal(size=self._poses.shape) * np.sqrt(variance)
+        # x' ~ p(x' | x, u): Gaussian noise on the odometry motion, one sample per particle. The particles spread as
+        # far as this robot's odometry errs; the prior of the matcher stays wide, since wheels slip
+        learned = variance * self._odometry_scale.factors
+        noise = self._random.normal(size=self._poses.shape) * np.sqrt(learned)
         # The prior's covariance is diagonal in the frame of the old heading
         axes = self._poses[:, 2].copy()
         self._poses = compose(self._poses, self._odometry_step.motion.array() + noise)
@@ -173,6 +187,15 @@ class Gmapping:
         # Weights since the last resampling, likelihoods since the start
         self._log_weights += log_likelihoods
         self._path_log_likelihoods += log_likelihoods
+
+    def _learn_odometry_noise(self, before: NDArray[np.float64]) -> None:
+        """Learn from the motions that matching gave the particles, which agree where the scan determines them."""
+        variance = self._odometry_step.variance(self._params)
+        moved = relative(before, self._poses)
+        certainty = 1.0 - moved.var(axis=0) / (variance * self._odometry_scale.factors)
+        certainty = np.where(certainty >= _MIN_CERTAINTY, certainty, 0.0)
+        motion = self._odometry_step.motion.array()
+        self._odometry_scale.observe(motion, moved.mean(axis=0), variance, certainty)
 
     def _grow_maps(self, max_range: float) -> None:
         for level in self._levels:

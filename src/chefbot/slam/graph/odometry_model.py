@@ -7,24 +7,18 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from chefbot.maths.angles import wrap
 from chefbot.maths.se2 import SE2
 from chefbot.slam.graph.edges import Edges
 from chefbot.slam.graph.least_squares import inverse
 from chefbot.slam.graph.params import GraphSlamParams
 from chefbot.slam.motion_model import OdometryStep
+from chefbot.slam.odometry_scale import OdometryScale
 
 Array = NDArray[np.float64]
 _KERNEL = 25.0
 """Squared Mahalanobis distance at which the robust kernel halves the influence of a step: wheels slip."""
-_PRIOR_STEPS = 10.0
-"""Number of steps that the assumed noise counts as."""
-_MEMORY = 200.0
-"""Number of steps that the estimate remembers."""
-_MIN_SCALE, _MAX_SCALE = 0.05, 4.0
-"""Limits of the factor by which the assumed variance is scaled."""
-_OUTLIER = 9.0
-"""Largest share of one step in the estimate, in units of the variance."""
+_MIN_SCALE = 0.05
+"""Smallest factor by which the assumed variance is scaled."""
 
 
 def odometry_edges(motions: Array, covariances: Array) -> Edges:
@@ -37,16 +31,11 @@ def odometry_edges(motions: Array, covariances: Array) -> Edges:
 
 
 class OdometryModel:
-    """Noise of odometry: the assumed one, scaled by the errors that scan matching finds.
-
-    The variances of translation and of heading are scaled apart. Only directions that a scan determines better
-    than odometry does count.
-    """
+    """Noise of odometry: the assumed one, scaled by the errors that scan matching finds."""
 
     def __init__(self, params: GraphSlamParams) -> None:
         self._params = params
-        self._scale = np.ones(3)
-        self._steps = np.full(3, _PRIOR_STEPS)
+        self._scale = OdometryScale(_MIN_SCALE)
 
     def retune(self, params: GraphSlamParams) -> None:
         """Replace the assumed noise; the scale that was learned stays."""
@@ -54,7 +43,7 @@ class OdometryModel:
 
     def covariance(self, step: OdometryStep) -> Array:
         """Return the covariance (3, 3) of a motion in the frame of the pose that it starts from."""
-        return np.diag(step.variance(self._params) * self._scale)
+        return np.diag(step.variance(self._params) * self._scale.factors)
 
     def observe(self, step: OdometryStep, matched: SE2, certainty: Array) -> None:
         """Learn from a motion that scan matching found: `matched`, as a pose in the frame of the step's start.
@@ -62,19 +51,13 @@ class OdometryModel:
         certainty: (3,) share of the result that comes from the scan and not from odometry, 0 to 1.
         """
         variance = step.variance(self._params)
-        error = step.motion.array() - matched.array()
-        error[2] = wrap(error[2])
-        ratio = np.minimum(error**2 / variance, _OUTLIER * self._scale)
-        # Translation errors along and across share one factor
-        ratio[:2] = (certainty[:2] @ ratio[:2]) / max(float(certainty[:2].sum()), 1e-9)
-        self._steps = np.minimum(self._steps + 1.0, _MEMORY)
-        weight = np.array([certainty[:2].mean(), certainty[:2].mean(), certainty[2]]) / self._steps
-        self._scale = np.clip((1.0 - weight) * self._scale + weight * ratio, _MIN_SCALE, _MAX_SCALE)
+        self._scale.observe(step.motion.array(), matched.array(), variance, certainty)
 
     @property
     def scale(self) -> tuple[float, float]:
         """Factors on the assumed standard deviations of translation and of heading."""
-        return math.sqrt(self._scale[0]), math.sqrt(self._scale[2])
+        along, _, heading = np.sqrt(self._scale.factors).tolist()
+        return along, heading
 
 
 def rotated(covariance: Array, yaw: float) -> Array:

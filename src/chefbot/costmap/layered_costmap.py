@@ -114,6 +114,25 @@ class LayeredCostmap:
             rows = round((old_y - grid.origin_y) / grid.resolution)
             self.sources = {name: marks.shifted(rows, columns, cells.shape) for name, marks in old.items()}
 
+    def set_static_points(self, points: NDArray[np.float64]) -> None:
+        """Replace what is lethal in the static map of a rolling window by the cells of points (n, 2), m."""
+        cells = np.full_like(self.static, UNKNOWN)
+        columns = np.floor((points[:, 0] - self.origin_x) / self.resolution).astype(int)
+        rows = np.floor((points[:, 1] - self.origin_y) / self.resolution).astype(int)
+        inside = (rows >= 0) & (rows < cells.shape[0]) & (columns >= 0) & (columns < cells.shape[1])
+        cells[rows[inside], columns[inside]] = LETHAL
+        if not np.array_equal(cells, self.static):
+            self.static = cells
+            self.note_all_changed()
+
+    def marked_points(self) -> NDArray[np.float64]:
+        """Return the middles (n, 2) of the cells that any sensor has marked."""
+        marked = np.zeros(self.static.shape, bool)
+        for marks in self.sources.values():
+            marked |= marks.cells == LETHAL
+        rows, columns = np.nonzero(marked)
+        return (np.column_stack([columns, rows]) + 0.5) * self.resolution + [self.origin_x, self.origin_y]
+
     def move_to(self, x: float, y: float) -> None:
         """Centre the rolling window on the point (m) by whole cells; its content keeps its position in the frame."""
         h, w = self.static.shape

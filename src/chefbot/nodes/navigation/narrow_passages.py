@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from functools import partial
 
 import msgspec
@@ -15,21 +14,17 @@ from chefbot.control.narrow_passage import NarrowPassage
 from chefbot.control.path_follower import PathFollower, PathStep
 from chefbot.control.people_cost import NearbyPeople
 from chefbot.costmap.layered_costmap import LayeredCostmap
-from chefbot.costmap.unseen_walls import unseen_walls
-from chefbot.maths.costs import INSCRIBED, LETHAL, UNKNOWN, Costmap
+from chefbot.maths.costs import INSCRIBED, Costmap
 from chefbot.maths.se2 import SE2
 from chefbot.msgs.chefbot_msgs import ObstacleScan
 from chefbot.msgs.idl.message import Message
-from chefbot.msgs.nav_msgs import OccupancyGrid
 from chefbot.msgs.sensor_msgs import LaserScan
 from chefbot.nodes.causes.reports import CauseReportsNode
-from chefbot.nodes.local_costmap import LocalCostmapNode
+from chefbot.nodes.local_map_walls import REACH, LocalMapWallsNode
 from chefbot.nodes.navigation.costmap_layers import make_costmap
 from chefbot.people.trails import BODY_RADIUS
 from chefbot.planning.local_replanning import collides_within, local_planner, replan_locally
 from chefbot.robot.spec import Robot
-from chefbot.runtime.node import In
-from chefbot.runtime.transform_buffer import TransformError
 from chefbot.safety.collision_monitor import CollisionMonitor
 from chefbot.safety.monitor_polygons import CREEP_SPEED
 from chefbot.safety.params import CollisionMonitorParams
@@ -38,10 +33,6 @@ RESOLUTION, SIZE, INFLATION_RADIUS = 0.0125, 2.6, 0.4
 """Cells of the costmap in narrow passages, m, about the noise of a lidar; its side, and its inflation radius."""
 MARGIN = CollisionMonitorParams().side_margin
 """Distance from the body that must be free, m: nearer to something the collision monitor stops the robot."""
-REMEMBERED = "remembered"
-"""Layer of the points that the collision monitor would stop for."""
-REACH = 1.0
-"""Distance of these points from the robot, m."""
 PEOPLE_CLEARANCE = 0.1
 """Distance from the robot's edge to a person's body at which it does not pass, m."""
 CREEPS = "The passage is barely wider than the robot: it creeps."
@@ -69,10 +60,8 @@ def narrow_map_costs(
     return costs.narrow_costs(-0.5 * costs.resolution, people, distance_from_people(robot), with_room)
 
 
-class NarrowPassagesNode(LocalCostmapNode, CauseReportsNode):
+class NarrowPassagesNode(LocalMapWallsNode, CauseReportsNode):
     """Base class of a node that drives through narrow passages on a finer costmap of what is around."""
-
-    map: In[OccupancyGrid]
 
     def start(self) -> None:
         """Start on the usual costs."""
@@ -118,15 +107,8 @@ class NarrowPassagesNode(LocalCostmapNode, CauseReportsNode):
         costs, memory = self._fine
         self._follow(costs, pose)
         points = memory.points(pose, self.now_ns, REACH)
-        _mark_only(costs, pose.apply(np.concatenate([points, self._unseen_walls(points)])))
+        costs.set_static_points(pose.apply(np.concatenate([points, self._unseen_walls(points)])))
         return costs.narrow_costs(MARGIN, people.states[:, :2], distance_from_people(self.robot))
-
-    def _unseen_walls(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the points (n, 2) of walls of the map where the sensors see none, in base_link."""
-        with contextlib.suppress(TransformError):  # without localization there is no map
-            if self.map.last is not None:
-                return unseen_walls(self.map.last.grid, self.tf.lookup("map", "base_link"), REACH, points)
-        return np.empty((0, 2))
 
     def _creep(self, step: PathStep) -> PathStep:
         """Return the step at the speed for a narrow passage, while the robot is in one; on the same arc."""
@@ -134,14 +116,3 @@ class NarrowPassagesNode(LocalCostmapNode, CauseReportsNode):
         if not self._passage.entered or step.v <= CREEP_SPEED:
             return step
         return step._replace(v=CREEP_SPEED, w=step.w * CREEP_SPEED / step.v)
-
-
-def _mark_only(costs: LayeredCostmap, points: NDArray[np.float64]) -> None:
-    """Replace the marks of remembered points by those of the cells of points (n, 2) in odom."""
-    cells = costs.source_cells(REMEMBERED)
-    cells[:] = UNKNOWN
-    columns = np.floor((points[:, 0] - costs.origin_x) / costs.resolution).astype(int)
-    rows = np.floor((points[:, 1] - costs.origin_y) / costs.resolution).astype(int)
-    inside = (rows >= 0) & (rows < cells.shape[0]) & (columns >= 0) & (columns < cells.shape[1])
-    cells[rows[inside], columns[inside]] = LETHAL
-    costs.note_all_changed()

@@ -85,6 +85,18 @@ def test_an_edge_in_the_blind_zone_leaves_no_free_floor(edge: float) -> None:
     assert not scan.clear_to[AHEAD].any() and np.isinf(scan.clear_from[AHEAD]).all()
 
 
+@pytest.mark.parametrize("columns", [1, 2, 3, 4, 6, 12, 40])
+def test_no_single_bin_shows_a_drop_off(columns: int) -> None:
+    """Beside the edge of a door post floor that is farther away may look as if it were lower."""
+    depth, hole = render(step(5.0, 0.17)), render(step(0.8, 0.17))
+    first = CAMERA.width // 2
+    depth[:, first : first + columns] = hole[:, first : first + columns]
+    changes = np.flatnonzero(np.diff(np.concatenate([[0], drops(SCANNER.scan(depth)), [0]])))
+    runs = changes[1::2] - changes[::2]
+    assert (runs >= 2).all()
+    assert len(runs) == 1 if columns >= 12 else len(runs) <= 1
+
+
 def test_a_narrow_shaft_is_found_by_its_far_wall() -> None:
     shaft = ((1.0, 0.0), (1.0001, -0.5), (1.2, -0.5), (1.2001, 0.0))
     assert drops(SCANNER.scan(render(shaft)))[AHEAD].all()

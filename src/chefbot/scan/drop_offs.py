@@ -266,12 +266,17 @@ def _complete(
     blind: NDArray[np.bool_],
     ends: Floats,
 ) -> None:
-    """Fill blind (bins,), and remove the other results of the bins where no drop-off was found."""
+    """Fill blind (bins,), and remove the other results of the bins where no drop-off was found.
+
+    A drop-off that a single bin shows, and none beside it, is an artefact: the edge of a door post may look so.
+    """
     for k in range(len(edges)):
         # A strip of lower floor too short for a gradient is a drop-off as well
         found[k] = found[k] or (not seen[k] and lower[k] >= MIN_ROWS)
-        blind[k] = found[k] and not seen[k]
-        if not found[k]:
+    for k in range(len(edges)):
+        beside = (k > 0 and found[k - 1]) or (k + 1 < len(edges) and found[k + 1])
+        blind[k] = found[k] and beside and not seen[k]
+        if not (found[k] and beside):
             edges[k], bottom[k], ends[k] = np.inf, np.inf, 0.0
 
 

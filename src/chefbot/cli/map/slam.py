@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.progress import Progress
 
 from chefbot.cli.map.bag_drive import ONLY_TOPICS, BagChoice, naming_log, read_log
+from chefbot.cli.map.odometry_text import odometry_text
 from chefbot.cli.map.slam_costs import SlamCosts
 from chefbot.cli.map.slam_pictures import QUALITY_PICTURE
 from chefbot.cli.map.slam_report import report_page
@@ -18,6 +19,7 @@ from chefbot.slam.graph import GraphSlamParams
 from chefbot.slam.offline import SlamResult, run_log, trajectory_tum
 from chefbot.slam.params import MATCH_RANGE, GmappingParams
 from chefbot.slam.recorded_scan import NO_RETURN, RecordedScan
+from chefbot.slam.systematic_errors import errors_of_drives
 from chefbot.storage.atomic_files import folder_for_results
 from chefbot.storage.mapped_drives import BUNDLE, MapperParams, files_beside_map
 from chefbot.storage.new_map import save_new_map
@@ -81,6 +83,7 @@ def print_results(params: MapperParams, result: SlamResult, out: Path, took: flo
     if isinstance(params, GraphSlamParams):
         console.print(f"{number_of(len(result.closures), 'loop closure')}.")
     console.print(f"Correction of all ranges: {1e3 * result.range_offset:+.0f} mm, estimated from the scans.")
+    console.print(odometry_text(errors_of_drives(result.sessions, result.poses)))
     if len(result.poses) == 1:
         console.print("Only one scan is in the map: the robot of this log stands still.")
     console.print(

@@ -11,6 +11,7 @@ import numpy as np
 
 from chefbot import __version__
 from chefbot.cli.map.error_rows import rows
+from chefbot.cli.map.odometry_text import odometry_text
 from chefbot.cli.map.slam_costs import SlamCosts
 from chefbot.cli.map.slam_pictures import (
     costs_picture,
@@ -24,6 +25,7 @@ from chefbot.slam.graph import GraphSlamParams
 from chefbot.slam.map_error import estimate_map_error, verdict
 from chefbot.slam.offline import SlamResult
 from chefbot.slam.params import GmappingParams
+from chefbot.slam.systematic_errors import errors_of_drives
 
 LISTED_CLOSURES = 10
 """Number of closures with the largest residuals that are listed."""
@@ -64,6 +66,7 @@ def summary(result: SlamResult, costs: SlamCosts) -> dict[str, str]:
         "Observed area": f"{(grid.cells >= 0).sum() * grid.resolution**2:.0f} m²",
         "Loop closures": str(len(result.closures)),
         "Correction of all ranges": f"{1e3 * result.range_offset:+.0f} mm",
+        "Odometry": odometry_text(errors_of_drives(result.sessions, result.poses)),
         "No return": "no value stands out",
         "Time": f"{sum(costs.seconds):.1f} s for the scans, {costs.finish_seconds:.1f} s at the end",
         "Time of one scan": (

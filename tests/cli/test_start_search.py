@@ -8,7 +8,7 @@ from tests.support.pillar_room import ANGLES, circle, mapped, ranges_at
 
 from chefbot.cli.map.start_search import MAX_UPDATES, find_start
 from chefbot.errors import UserError
-from chefbot.maths.grid import Grid
+from chefbot.maths.grid import OCCUPIED_THRESHOLD, Grid
 from chefbot.maths.se2 import IDENTITY, SE2
 from chefbot.slam.recorded_scan import RecordedScan
 
@@ -50,3 +50,12 @@ def test_a_recording_of_another_place_is_given_up(room: Grid) -> None:
     with pytest.raises(UserError, match=f"first {MAX_UPDATES} scans"):
         find_start(room, scans, IDENTITY, RANGE_MAX, lambda i, _: seen.append(i))
     assert len(seen) < len(scans)
+
+
+def test_a_robot_is_found_on_mapped_floor_only(room: Grid) -> None:
+    """Walls alone fit its scans as well, but somebody has to have driven on the floor between them."""
+    cells = np.where(room.cells >= OCCUPIED_THRESHOLD, room.cells, -1).astype(np.int8)
+    cells[:12] = room.cells[:12]  # a strip along one wall stays free
+    strip = Grid(cells, room.resolution, room.origin_x, room.origin_y)
+    with pytest.raises(UserError, match="do not show where on the map it begins"):
+        find_start(strip, drive(SE2(1.5, 0.3, 2.0), 2.0), IDENTITY, RANGE_MAX)

@@ -1,4 +1,4 @@
-"""The systematic errors of odometry that a map shows, as `chefbot slam` prints them."""
+"""The systematic errors of odometry that a map shows, as `chefbot map slam` prints them."""
 
 from __future__ import annotations
 
@@ -15,8 +15,6 @@ from chefbot.slam.session import Session
 from chefbot.slam.systematic_errors import NO_ERRORS, SystematicErrors, errors_of_drives
 
 ANGLES = np.linspace(-math.pi, math.pi, 8, endpoint=False).astype(np.float32)
-
-
 SLIPS = (40, 90)
 """Steps in which the wheels slip."""
 
@@ -50,14 +48,18 @@ def session_of(truth: list[SE2], errors: SystematicErrors, slips: int = 0) -> Se
 def test_the_errors_of_the_wheels_are_found(errors: SystematicErrors, slips: int) -> None:
     truth = drive()
     found = errors_of_drives([session_of(truth, errors, slips)], truth)
+    assert found is not None
     assert found.distance == pytest.approx(errors.distance, abs=0.005)
     assert found.turn == pytest.approx(errors.turn, abs=0.005)
     assert found.bend == pytest.approx(errors.bend, abs=0.002)
 
 
-def test_one_scan_shows_no_error() -> None:
-    truth = drive()[:1]
-    assert errors_of_drives([session_of(truth, NO_ERRORS)], truth) == NO_ERRORS
+@pytest.mark.parametrize(("scans", "shown"), [(1, False), (12, False), (15, True)])
+def test_a_short_drive_shows_no_errors(scans: int, shown: bool) -> None:
+    truth = drive()[:scans]
+    errors = errors_of_drives([session_of(truth, NO_ERRORS)], truth)
+    assert (errors is not None) == shown
+    assert ("too short to show" in odometry_text(errors)) != shown
 
 
 def test_the_sentence_names_size_and_direction() -> None:

@@ -21,6 +21,8 @@ REGRESSIONS, OUTLIER = 4, 4.0
 """Number of regressions of the systematic errors, and the error in medians from which a step is left out."""
 WINDOW = 10
 """Number of steps over which errors of odometry are added up."""
+MIN_DRIVEN = 5.0
+"""Distance from which drives show the errors of odometry, m."""
 START_VARIANCE = np.array([START_STD_XY, START_STD_XY, START_STD_YAW]) ** 2
 """Variance of the pose at which another drive begins, m^2 and rad^2."""
 
@@ -100,12 +102,14 @@ def systematic_errors(steps: OdometrySteps, poses: Array) -> SystematicErrors:
     return SystematicErrors(float(scale), float(turn), float(bend))
 
 
-def errors_of_drives(sessions: Sequence[Session], poses: Sequence[SE2]) -> SystematicErrors:
-    """Return the errors of odometry that the poses of all used scans of a map show, none without its drives."""
+def errors_of_drives(sessions: Sequence[Session], poses: Sequence[SE2]) -> SystematicErrors | None:
+    """Return the errors of odometry that the poses of all used scans of a map show, or None if it is too short."""
     if len(poses) < 2 or not sessions:
-        return NO_ERRORS
+        return None
     found = np.array([pose.array() for pose in poses])
-    return systematic_errors(odometry_steps(sessions, found), found)
+    steps = odometry_steps(sessions, found)
+    driven = np.abs(steps.motions[~steps.joins, 0]).sum()
+    return systematic_errors(steps, found) if driven >= MIN_DRIVEN else None
 
 
 def windowed(values: Array, joins: NDArray[np.bool_]) -> Array:

@@ -7,8 +7,10 @@ import math
 from chefbot.slam.systematic_errors import SystematicErrors
 
 
-def odometry_text(errors: SystematicErrors) -> str:
+def odometry_text(errors: SystematicErrors | None) -> str:
     """Return by how much odometry measures distances and turns wrong, and how far its heading drifts."""
+    if errors is None:
+        return "The drive is too short to show errors of odometry."
     distance = _share(errors.distance, "long", "short")
     turn = _share(errors.turn, "large", "small")
     # what the robot turns to the left beyond odometry, odometry drifts to the right
